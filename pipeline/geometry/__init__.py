@@ -1,0 +1,1 @@
+"""What several stages share: neighbours, circle and cylinder fits, frames, Douglas-Peucker."""

@@ -1,0 +1,65 @@
+"""Writing files whole or not at all: a temporary name first, then one atomic replace."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pipeline.errors import OutputError
+
+
+@contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary path beside `path`; on success it replaces `path`, else it is removed.
+
+    The temporary name keeps the suffixes of `path`, for libraries that choose a format by suffix.
+
+    Parameters
+    ----------
+    path : path-like
+        Where the file shall stand in the end. Its folder is made if need be.
+
+    Raises
+    ------
+    OutputError
+        If the folder or the file cannot be written (read-only, disk full, a directory).
+    """
+    target = Path(path)
+    temporary: Path | None = None
+    try:
+        if target.is_dir():
+            msg = f"{target}: is a directory; give the name of a file"
+            raise OutputError(msg)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=".tmp-", suffix=f"-{target.name}", dir=target.parent)
+        os.close(handle)
+        temporary = Path(name)
+        yield temporary
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+        temporary.replace(target)
+    except OutputError:
+        raise
+    except OSError as error:
+        reason = error.strerror or str(error)
+        msg = f"{target}: cannot be written ({reason}); free space or choose another folder with --out"
+        raise OutputError(msg) from error
+    finally:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write `text` as UTF-8 with plain line feeds, whole or not at all."""
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
+    """Write `content`, whole or not at all."""
+    with whole_file(path) as temporary:
+        temporary.write_bytes(content)
