@@ -10,11 +10,11 @@ from pydantic import Field
 from scipy.sparse import csr_array
 
 from pipeline.errors import NotATreeError
+from pipeline.geometry.branching import continue_branches, number_by_paths
 from pipeline.geometry.voxels import cell_keys, first_in_cell
 from pipeline.model import PointCloud, Skeleton
 from pipeline.options import Options
 from pipeline.skeleton import graph as graphs
-from pipeline.skeleton.branching import continue_branches, number_by_paths
 from pipeline.skeleton.centring import Centred, centre
 from pipeline.skeleton.pruning import prune
 from pipeline.skeleton.rooted import (
@@ -102,7 +102,8 @@ def by_mst(cloud: PointCloud, options: MstOptions) -> Skeleton:
     if len(tree.parent) < 2:
         msg = "the points make no skeleton of two nodes or more; are they one tree, in metres?"
         raise NotATreeError(msg)
-    order = number_by_paths(tree.parent, continue_branches(tree, window_m=options.direction_window_m))
+    ahead = continue_branches(tree.xyz, tree.parent, tree.thickness, options.direction_window_m)
+    order = number_by_paths(tree.parent, ahead)
     number = np.empty_like(order)
     number[order] = np.arange(len(order))
     parent = tree.parent[order]

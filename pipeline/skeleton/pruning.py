@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.geometry.branching import longest_child
 from pipeline.geometry.compiled import compiled
 from pipeline.skeleton.rooted import Rooted
 
@@ -33,20 +34,6 @@ def prune(tree: Rooted, *, protrusion_m: float, inside: float, min_support: int)
     ahead = longest_child(tree.parent, step)
     wood = inside * tree.thickness
     return tree.keep(_standing_out((tree.xyz, step), (tree.parent, ahead), (wood, tree.support), protrusion_m, min_support))
-
-
-@compiled
-def longest_child(parent: Ints, step: Floats) -> Ints:
-    """(N,) the child on the longest way to a tip; -1 at tips. Ties fall to the smaller number."""
-    count = len(parent)
-    reach = np.zeros(count)
-    ahead = np.full(count, -1, dtype=np.int64)
-    for i in range(count - 1, 0, -1):
-        p = parent[i]
-        if ahead[p] < 0 or reach[i] + step[i] >= reach[p]:
-            reach[p] = reach[i] + step[i]
-            ahead[p] = i
-    return ahead
 
 
 @compiled

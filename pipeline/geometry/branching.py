@@ -6,8 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.geometry.compiled import compiled
-from pipeline.skeleton.pruning import longest_child
-from pipeline.skeleton.rooted import Rooted
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -16,20 +14,39 @@ Ints = NDArray[np.int64]
 STRAIGHT, THICK, CARRIED = 2.0, 0.6, 0.4
 
 
-def continue_branches(tree: Rooted, *, window_m: float) -> Ints:
+def continue_branches(xyz: Floats, parent: Ints, radius: Floats, window_m: float) -> Ints:
     """(N,) the child that continues the branch at every node, -1 at tips.
 
-    The score of a child is ``2 cos(bend) + 0.6 ln(thickness) + 0.4 ln(carried length)``; the bend
-    is taken between the way in and the way out over `window_m` or three thicknesses.
+    The score of a child is ``2 cos(bend) + 0.6 ln(radius) + 0.4 ln(carried length)``; the bend
+    is taken between the way in and the way out over `window_m` or three radii.
 
     Parameters
     ----------
-    tree : Rooted
+    xyz : (N, 3) array
+        Nodes in metres.
+    parent : (N,) array
+        Parents before children, -1 at node 0.
+    radius : (N,) array
+        Thickness of the wood at every node, metres.
     window_m : float
-        Least length over which directions are taken, in metres.
+        Least length over which directions are taken, metres.
     """
-    step = np.linalg.norm(tree.xyz - tree.xyz[np.maximum(tree.parent, 0)], axis=1)
-    return _continuing(tree.xyz, tree.parent, step, tree.thickness, window_m)
+    step = np.linalg.norm(xyz - xyz[np.maximum(parent, 0)], axis=1)
+    return _continuing(xyz, parent, step, radius, window_m)
+
+
+@compiled
+def longest_child(parent: Ints, step: Floats) -> Ints:
+    """(N,) the child on the longest way to a tip; -1 at tips. Ties fall to the smaller number."""
+    count = len(parent)
+    reach = np.zeros(count)
+    ahead = np.full(count, -1, dtype=np.int64)
+    for i in range(count - 1, 0, -1):
+        p = parent[i]
+        if ahead[p] < 0 or reach[i] + step[i] >= reach[p]:
+            reach[p] = reach[i] + step[i]
+            ahead[p] = i
+    return ahead
 
 
 @compiled

@@ -1,0 +1,65 @@
+"""From dense, measured axes to the final tree model: few nodes, close to the points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.cylinders.axes import Axes
+from pipeline.cylinders.radii import Radii
+from pipeline.geometry.polyline import douglas_peucker
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def chosen_nodes(axes: Axes, *, share: float, radius_share: float, floor_m: float, cap_m: float) -> Ints:
+    """Nodes that stay after Douglas-Peucker on position and radius; feet of branches always do.
+
+    Parameters
+    ----------
+    axes : Axes
+    share, radius_share : float
+        Tolerances of position and radius as shares of the local radius.
+    floor_m, cap_m : float
+        Least and largest tolerance, metres.
+    """
+    keep = np.zeros(len(axes.xyz), dtype=bool)
+    keep[axes.foot[1:]] = True
+    radius = axes.radius
+    place = np.clip(share * radius, floor_m, cap_m)
+    width = np.clip(radius_share * radius, floor_m, cap_m)
+    for b in range(len(axes.foot)):
+        low, high = int(axes.first[b]), int(axes.first[b + 1])
+        stops = np.flatnonzero(keep[low:high]) + low
+        stops = np.unique(np.concatenate([[low], stops, [high - 1]]))
+        for a, z in zip(stops[:-1], stops[1:], strict=True):
+            run = slice(int(a), int(z) + 1)
+            unit = np.cumsum(np.concatenate([[0.0], np.diff(radius[run]) / width[run][1:]]))
+            keep[run] |= douglas_peucker(np.column_stack([axes.xyz[run], unit]), place[run])
+    return np.flatnonzero(keep)
+
+
+def assemble(axes: Axes, nodes: Ints) -> tuple[Ints, Ints]:
+    """Return which dense node stands at each final node, and the final parents.
+
+    A branch's foot is its parent's node, so it is not repeated.
+
+    Parameters
+    ----------
+    axes : Axes
+    nodes : (K,) array of int
+        Dense nodes that stay, sorted; every branch's first and last are among them.
+    """
+    is_foot = np.zeros(len(axes.xyz), dtype=bool)
+    is_foot[axes.first[1:-1]] = True
+    body = nodes[~is_foot[nodes]]
+    number = np.full(len(axes.xyz), -1, dtype=np.int64)
+    number[body] = np.arange(len(body))
+    for start, foot in zip(axes.first[1:-1], axes.foot[1:], strict=True):
+        number[start] = number[foot]  # parents come first, so a foot on a foot is resolved already
+    parent = np.arange(len(body)) - 1
+    branch = axes.branch[body]
+    fresh = np.flatnonzero(np.diff(branch)) + 1
+    parent[fresh] = number[axes.foot[branch[fresh]]]
+    return body, parent

@@ -1,0 +1,70 @@
+"""The diameter at breast height: a cylinder through the bark 1.2 to 1.4 m above the ground."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.cylinders.axes import Axes
+from pipeline.cylinders.radii import GUESS, Radii
+from pipeline.cylinders.windows import CYLINDER, Shared, estimate_window
+from pipeline.model import MEASURED, RADIUS_SOURCES, Trunk
+
+Floats = NDArray[np.float64]
+
+BREAST_M = 1.3
+SLICE_M = 0.2
+LEAST_POINTS = 12
+WITHIN_90 = 1.645
+# Trunks are not round: a share of the diameter that even a perfect scan leaves open.
+OUT_OF_ROUND = 0.004
+
+
+def breast_height(axes: Axes, shared: Shared, radii: Radii, noise: float, ground_z: float) -> Trunk:
+    """Diameter of the stem 1.3 m above the ground, with its 90 % interval and arc.
+
+    Measured from the points of the slice where they support a cylinder; else read off the model
+    there, as propagated.
+
+    Parameters
+    ----------
+    axes : Axes
+        With the final radii; branch 0 is the stem.
+    shared : Shared
+        Points by branch.
+    radii : Radii
+    noise : float
+        Range noise, metres.
+    ground_z : float
+        Height of the ground, relative to the origin.
+    """
+    stem = slice(int(axes.first[0]), int(axes.first[1]))
+    height = axes.xyz[stem, 2] - ground_z
+    above = np.flatnonzero(height >= BREAST_M)
+    if not len(above):
+        return Trunk(None, None, None, 0.0, None, ground_z)
+    at = int(above[0])
+    low = max(at - 1, 0)
+    run = height[at] - height[low]
+    share = float(np.clip((BREAST_M - height[low]) / run, 0, 1)) if run > 0 else 1.0
+    centre = axes.xyz[low] + share * (axes.xyz[at] - axes.xyz[low])
+    radius = float(axes.radius[low] + share * (axes.radius[at] - axes.radius[low]))
+    points = shared.xyz[shared.first[0] : shared.first[1]]
+    slab = points[np.abs(points[:, 2] - ground_z - BREAST_M) <= SLICE_M / 2]
+    if len(slab) >= LEAST_POINTS:
+        found = estimate_window(slab, centre, axes.frames()[at], radius, noise)
+        kind, _, _, square, variance, _, spread, arc = found
+        if kind == CYLINDER and square > 0 and abs(np.sqrt(square) - radius) < 0.3 * max(radius, 0.02):
+            return _measured(float(np.sqrt(square)), float(variance), float(spread), float(arc), ground_z)
+    source = RADIUS_SOURCES[int(radii.source[at])]
+    error = float(max(radii.error[at], GUESS * radius if radii.source[at] != MEASURED else 0.0))
+    low_high = (2 * max(radius - WITHIN_90 * error, 0.0), 2 * (radius + WITHIN_90 * error))
+    return Trunk(2 * radius, *low_high, 0.0, source, ground_z)
+
+
+def _measured(radius: float, variance: float, spread: float, arc: float, ground_z: float) -> Trunk:
+    """A trunk from a fitted slice; the error holds the fit's, the bark's and the stem's roundness."""
+    fit = variance / (4.0 * radius * radius)
+    error = np.sqrt(fit + (OUT_OF_ROUND * radius) ** 2 + (0.1 * spread) ** 2)
+    low, high = 2 * (radius - WITHIN_90 * error), 2 * (radius + WITHIN_90 * error)
+    return Trunk(2 * radius, low, high, float(np.degrees(arc)), "measured", ground_z)

@@ -1,0 +1,159 @@
+"""Cylinders along every branch of a skeleton: centres, radii, and the diameter at breast height."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent
+from pipeline.cylinders.assembly import assemble, chosen_nodes
+from pipeline.cylinders.axes import Axes, axes_of
+from pipeline.cylinders.breast import breast_height
+from pipeline.cylinders.noise import range_noise
+from pipeline.cylinders.radii import Radii, smooth
+from pipeline.cylinders.restructure import continue_anew, drop_hidden
+from pipeline.cylinders.windows import NONE, Shared, Windows, measure, share_out
+from pipeline.geometry.smoothing import whittaker
+from pipeline.geometry.surface import Tubes, nearest_tube
+from pipeline.model import PointCloud, Skeleton, TreeModel
+from pipeline.options import Options
+
+Floats = NDArray[np.float64]
+
+FIRST_NOISE_M = 0.002
+CENTRE_M = 0.01  # a centre known to this has half the weight of a perfect one
+
+
+class CylinderOptions(Options):
+    """Options of the cylinder fits."""
+
+    step_m: float = Field(0.04, gt=0, le=1, description="spacing of the nodes that are measured, metres")
+    window_m: float = Field(0.06, gt=0, le=1, description="least length of a measuring window, metres")
+    rounds: int = Field(2, ge=1, le=10, description="times that points are shared out and measured again")
+    stiffness: float = Field(1.0, ge=0, le=1000, description="how much the axes resist bending")
+    min_arc_deg: float = Field(
+        90.0, ge=0, le=360, description="least arc of bark for a radius to count as measured, degrees"
+    )
+    protrusion_m: float = Field(
+        0.03, ge=0, le=1, description="least length of a branch outside its parent's wood, metres"
+    )
+    direction_window_m: float = Field(
+        0.2, gt=0, le=5, description="length over which a branch's direction is taken at a fork, metres"
+    )
+    tip_m: float = Field(0.08, ge=0, le=1, description="most that a tip is moved on to its last point, metres")
+    tolerance_share: float = Field(
+        0.15, ge=0, le=2, description="tolerance of node positions as a share of the radius"
+    )
+    radius_share: float = Field(0.08, ge=0, le=2, description="tolerance of radii as a share of the radius")
+    tolerance_cap_m: float = Field(0.006, gt=0, le=1, description="largest tolerance of nodes, metres")
+    min_radius_m: float = Field(0.003, gt=0, le=0.1, description="least radius in the model, metres")
+
+
+def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | None = None) -> TreeModel:
+    """Measure a tree: cylinders wherever the points support them, tapered radii elsewhere.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        The cleaned cloud.
+    skeleton : Skeleton
+        Its skeleton.
+    options : CylinderOptions, optional
+
+    Returns
+    -------
+    TreeModel
+        Nodes on the fitted axes; every radius says whether it is measured.
+
+    References
+    ----------
+    Du et al. (2019), "AdTree", section 2.4, fits the trunk alone; here every branch is fitted.
+    """
+    options = options or CylinderOptions()
+    xyz = np.ascontiguousarray(cloud.xyz + (cloud.origin - skeleton.origin))
+    axes, noise = axes_of(skeleton, options.step_m), FIRST_NOISE_M
+    for number in range(options.rounds + 1):
+        shared = share_out(xyz, axes)
+        windows = _outside(axes, measure(axes, shared, noise, options.window_m))
+        noise = range_noise(windows, noise)
+        if number:
+            axes = _recentre(axes, windows, options.stiffness)
+        radii = smooth(axes, windows, min_arc=np.radians(options.min_arc_deg))
+        axes = axes.with_square(radii.square)
+        if number < options.rounds:
+            axes = drop_hidden(axes, protrusion_m=options.protrusion_m + 2.0 * noise)
+            if number == options.rounds - 1:
+                axes = continue_anew(axes, window_m=options.direction_window_m, step_m=options.step_m)
+            axes = anchor(axes, step_m=options.step_m)
+    axes = extend_tips(axes, shared, most_m=options.tip_m)
+    return _model(cloud, skeleton, (axes, shared, radii), noise, options)
+
+
+def _outside(axes: Axes, windows: Windows) -> Windows:
+    """Windows in the parent's wood say nothing of the branch."""
+    windows.kind[inside_parent(axes)] = NONE
+    return windows
+
+
+def _recentre(axes: Axes, windows: Windows, stiffness: float) -> Axes:
+    """Move every branch's nodes to their estimated centres, smoothly."""
+    known = windows.kind != NONE
+    weight = np.where(known, CENTRE_M**2 / (CENTRE_M**2 + windows.centre_variance), 0.0)
+    goal = axes.xyz + windows.shift * known[:, None]
+    xyz = axes.xyz.copy()
+    for b in range(len(axes.foot)):
+        run = slice(int(axes.first[b]) + (b > 0), int(axes.first[b + 1]))
+        if np.count_nonzero(weight[run]) >= 2:
+            xyz[run] = whittaker(goal[run], weight[run], stiffness)
+    xyz[axes.first[1:-1]] = xyz[axes.foot[1:]]
+    return axes.at(xyz)
+
+
+def _model(
+    cloud: PointCloud,
+    skeleton: Skeleton,
+    fitted: tuple[Axes, Shared, Radii],
+    noise: float,
+    options: CylinderOptions,
+) -> TreeModel:
+    """Simplify the fitted axes and put the tree model together."""
+    axes, shared, radii = fitted
+    nodes = chosen_nodes(
+        axes,
+        share=options.tolerance_share,
+        radius_share=options.radius_share,
+        floor_m=0.35 * noise,
+        cap_m=max(options.tolerance_cap_m, 0.8 * noise),
+    )
+    body, parent = assemble(axes, nodes)
+    known = {**skeleton.metadata, "noise_mm": 1000.0 * noise}
+    ground = float(known.get("ground_z", axes.xyz[0, 2]))
+    trunk = breast_height(axes, shared, radii, noise, ground)
+    graph = Skeleton(axes.xyz[body], parent.astype(np.int32), skeleton.origin, skeleton.crs)
+    radius = np.maximum(axes.radius[body], options.min_radius_m)
+    tree = TreeModel(graph, radius, radii.source[body], radii.error[body], trunk)
+    known["surface_mm"] = surface_distance(shared.xyz, tree)
+    return TreeModel(graph, radius, radii.source[body], radii.error[body], trunk, known)
+
+
+def surface_distance(xyz: Floats, tree: TreeModel) -> dict[str, Any]:
+    """Mean, median and 95th percentile distance of points to the model's surface, millimetres.
+
+    Parameters
+    ----------
+    xyz : (P, 3) array
+        Points relative to the tree's origin, metres.
+    tree : TreeModel
+    """
+    graph = tree.skeleton
+    end = np.arange(1, len(graph))
+    tubes = Tubes(graph.xyz[graph.parent[1:]], graph.xyz[end], tree.start_radius[1:], tree.radius[1:])
+    gap = 1000.0 * np.abs(nearest_tube(xyz, tubes).surface)
+    return {
+        "mean": float(gap.mean()),
+        "median": float(np.median(gap)),
+        "p95": float(np.percentile(gap, 95)),
+    }

@@ -1,0 +1,102 @@
+"""Smoothing along chains: Whittaker's curve, and the monotone (isotonic) fit."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.geometry.compiled import compiled
+
+Floats = NDArray[np.float64]
+
+
+@compiled
+def whittaker(values: Floats, weight: Floats, stiffness: float) -> Floats:
+    """Smooth values by least squares with a penalty on second differences.
+
+    Minimises ``sum w_i |y_i - z_i|^2 + stiffness sum |z_{i-1} - 2 z_i + z_{i+1}|^2``.
+
+    Parameters
+    ----------
+    values : (N, D) array
+    weight : (N,) array
+        At least two above zero.
+    stiffness : float
+
+    Returns
+    -------
+    (N, D) array
+
+    References
+    ----------
+    Whittaker (1923); Eilers (2003), "A perfect smoother".
+    """
+    count = len(values)
+    out = values.copy()
+    if count < 3:
+        return out
+    main, one, two = weight + 1e-9, np.zeros(count), np.zeros(count)
+    for i in range(count - 2):
+        main[i] += stiffness
+        main[i + 1] += 4.0 * stiffness
+        main[i + 2] += stiffness
+        one[i] -= 2.0 * stiffness
+        one[i + 1] -= 2.0 * stiffness
+        two[i] += stiffness
+    for i in range(count):  # factors L D L' of the five-banded matrix, in place
+        if i >= 1:
+            main[i] -= main[i - 1] * one[i - 1] ** 2
+        if i >= 2:
+            main[i] -= main[i - 2] * two[i - 2] ** 2
+        if i >= 1:
+            one[i] -= main[i - 1] * one[i - 1] * two[i - 1]
+        one[i] /= main[i]
+        two[i] /= main[i]
+    for d in range(values.shape[1]):
+        for i in range(count):
+            out[i, d] = (weight[i] + 1e-9) * values[i, d]
+            if i >= 1:
+                out[i, d] -= one[i - 1] * out[i - 1, d]
+            if i >= 2:
+                out[i, d] -= two[i - 2] * out[i - 2, d]
+        for i in range(count):
+            out[i, d] /= main[i]
+        for i in range(count - 2, -1, -1):
+            out[i, d] -= one[i] * out[i + 1, d]
+            if i + 2 < count:
+                out[i, d] -= two[i] * out[i + 2, d]
+    return out
+
+
+@compiled
+def falling(values: Floats, weight: Floats) -> Floats:
+    """Weighted least-squares fit that never rises (pool adjacent violators).
+
+    Parameters
+    ----------
+    values : (N,) array
+    weight : (N,) array
+        Above zero.
+
+    References
+    ----------
+    Ayer, Brunk, Ewing, Reid & Silverman (1955).
+    """
+    count = len(values)
+    mean, mass, size = np.empty(count), np.empty(count), np.empty(count, dtype=np.int64)
+    top = 0
+    for i in range(count):
+        mean[top], mass[top], size[top] = values[i], weight[i], 1
+        while top > 0 and mean[top] > mean[top - 1]:
+            both = mass[top] + mass[top - 1]
+            mean[top - 1] = (mean[top] * mass[top] + mean[top - 1] * mass[top - 1]) / both
+            mass[top - 1] = both
+            size[top - 1] += size[top]
+            top -= 1
+        top += 1
+    out = np.empty(count)
+    at = 0
+    for block in range(top):
+        out[at : at + size[block]] = mean[block]
+        at += size[block]
+    return out

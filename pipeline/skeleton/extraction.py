@@ -1,0 +1,43 @@
+"""Choosing a skeleton method by name, and saying why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+from pydantic import Field
+
+from pipeline.model import PointCloud, Skeleton
+from pipeline.skeleton.mst import MstOptions, by_mst
+
+
+class SkeletonOptions(MstOptions):
+    """Options of the skeleton stage."""
+
+    method: Literal["auto", "mst"] = Field("auto", description="skeleton method; auto chooses and says why")
+
+
+METHODS: dict[str, Callable[[PointCloud, SkeletonOptions], Skeleton]] = {"mst": by_mst}
+
+
+def extract(cloud: PointCloud, *, options: SkeletonOptions | None = None) -> Skeleton:
+    """Extract the skeleton of one cleaned tree.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        A cleaned cloud, in canonical order.
+    options : SkeletonOptions, optional
+
+    Returns
+    -------
+    Skeleton
+        Numbered path by path; its metadata tells the method and the reason for it.
+    """
+    options = options or SkeletonOptions()
+    name, reason = options.method, "asked for"
+    if name == "auto":
+        name, reason = "mst", "the one method for single trees so far"
+    skeleton = METHODS[name](cloud, options)
+    known = {**skeleton.metadata, "method": name, "method_reason": reason}
+    return Skeleton(skeleton.xyz, skeleton.parent, skeleton.origin, skeleton.crs, known)
