@@ -52,9 +52,7 @@ def _rebuild(axes: Axes, xyz: Floats, foot: Ints, keep: NDArray[np.bool_], step_
 
 
 @compiled
-def _anchor(
-    geometry: tuple[Floats, Floats], first: Ints, foot: Ints, keep: NDArray[np.bool_]
-) -> None:
+def _anchor(geometry: tuple[Floats, Floats], first: Ints, foot: Ints, keep: NDArray[np.bool_]) -> None:
     xyz, radius = geometry
     branch = np.zeros(len(xyz), dtype=np.int64)
     for b in range(len(first) - 1):
@@ -92,9 +90,7 @@ def clearance(axes: Axes) -> Floats:
 
 
 @compiled
-def _clearances(
-    geometry: tuple[Floats, Floats], first: Ints, foot: Ints, branch: Ints, out: Floats
-) -> None:
+def _clearances(geometry: tuple[Floats, Floats], first: Ints, foot: Ints, branch: Ints, out: Floats) -> None:
     xyz, radius = geometry
     for b in range(1, len(first) - 1):
         p = branch[foot[b]]
@@ -136,16 +132,14 @@ def _near(i: int, run: tuple[int, int], xyz: Floats, reach: float) -> tuple[int,
 @compiled
 def _inside(x: Floats, foot: int, run: tuple[int, int], xyz: Floats, radius: Floats) -> bool:
     low, high = _near(foot, run, xyz, 4.0 * radius[foot] + 0.1)
-    for j in range(low, high + 1):
+    for j in range(low, high + 1):  # noqa: SIM110 (a generator does not compile)
         if ((x - xyz[j]) ** 2).sum() < (INSIDE * radius[j]) ** 2:
             return True
     return False
 
 
 @compiled
-def _meeting(
-    start: Floats, way: Floats, foot: int, run: tuple[int, int], xyz: Floats, radius: Floats
-) -> int:
+def _meeting(start: Floats, way: Floats, foot: int, run: tuple[int, int], xyz: Floats, radius: Floats) -> int:
     """The parent's node that lies nearest to the line back from a branch's start."""
     low, high = _near(foot, run, xyz, 3.0 * radius[foot] + 0.1)
     best, found = np.inf, foot

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.cylinders.axes import Axes
-from pipeline.cylinders.radii import Radii
 from pipeline.geometry.polyline import douglas_peucker
 
 Floats = NDArray[np.float64]
@@ -33,7 +34,7 @@ def chosen_nodes(axes: Axes, *, share: float, radius_share: float, floor_m: floa
         low, high = int(axes.first[b]), int(axes.first[b + 1])
         stops = np.flatnonzero(keep[low:high]) + low
         stops = np.unique(np.concatenate([[low], stops, [high - 1]]))
-        for a, z in zip(stops[:-1], stops[1:], strict=True):
+        for a, z in pairwise(stops):
             run = slice(int(a), int(z) + 1)
             unit = np.cumsum(np.concatenate([[0.0], np.diff(radius[run]) / width[run][1:]]))
             keep[run] |= douglas_peucker(np.column_stack([axes.xyz[run], unit]), place[run])

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.cylinders.axes import Axes
+from pipeline.cylinders.estimates import CYLINDER
 from pipeline.cylinders.radii import GUESS, Radii
-from pipeline.cylinders.windows import CYLINDER, Shared, estimate_window
+from pipeline.cylinders.windows import Shared, estimate_window
 from pipeline.model import MEASURED, RADIUS_SOURCES, Trunk
 
 Floats = NDArray[np.float64]
@@ -15,6 +16,7 @@ Floats = NDArray[np.float64]
 BREAST_M = 1.3
 SLICE_M = 0.2
 LEAST_POINTS = 12
+LEAST_EVIDENCE = 0.2
 WITHIN_90 = 1.645
 # Trunks are not round: a share of the diameter that even a perfect scan leaves open.
 OUT_OF_ROUND = 0.004
@@ -53,8 +55,9 @@ def breast_height(axes: Axes, shared: Shared, radii: Radii, noise: float, ground
     slab = points[np.abs(points[:, 2] - ground_z - BREAST_M) <= SLICE_M / 2]
     if len(slab) >= LEAST_POINTS:
         found = estimate_window(slab, centre, axes.frames()[at], radius, noise)
-        kind, _, _, square, variance, _, spread, arc = found
-        if kind == CYLINDER and square > 0 and abs(np.sqrt(square) - radius) < 0.3 * max(radius, 0.02):
+        kind, _, _, square, variance, _, spread, arc, sure = found
+        agrees = abs(np.sqrt(max(square, 0.0)) - radius) < 0.3 * max(radius, 0.02)
+        if kind == CYLINDER and sure > LEAST_EVIDENCE and agrees:
             return _measured(float(np.sqrt(square)), float(variance), float(spread), float(arc), ground_z)
     source = RADIUS_SOURCES[int(radii.source[at])]
     error = float(max(radii.error[at], GUESS * radius if radii.source[at] != MEASURED else 0.0))
@@ -67,4 +70,4 @@ def _measured(radius: float, variance: float, spread: float, arc: float, ground_
     fit = variance / (4.0 * radius * radius)
     error = np.sqrt(fit + (OUT_OF_ROUND * radius) ** 2 + (0.1 * spread) ** 2)
     low, high = 2 * (radius - WITHIN_90 * error), 2 * (radius + WITHIN_90 * error)
-    return Trunk(2 * radius, low, high, float(np.degrees(arc)), "measured", ground_z)
+    return Trunk(2 * radius, float(low), float(high), float(np.degrees(arc)), "measured", ground_z)

@@ -7,15 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
+from scipy.spatial import ConvexHull
 
 from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent
 from pipeline.cylinders.assembly import assemble, chosen_nodes
 from pipeline.cylinders.axes import Axes, axes_of
 from pipeline.cylinders.breast import breast_height
+from pipeline.cylinders.estimates import NONE
 from pipeline.cylinders.noise import range_noise
 from pipeline.cylinders.radii import Radii, smooth
 from pipeline.cylinders.restructure import continue_anew, drop_hidden
-from pipeline.cylinders.windows import NONE, Shared, Windows, measure, share_out
+from pipeline.cylinders.windows import Shared, Windows, measure, share_out
 from pipeline.geometry.smoothing import whittaker
 from pipeline.geometry.surface import Tubes, nearest_tube
 from pipeline.model import PointCloud, Skeleton, TreeModel
@@ -25,6 +27,7 @@ Floats = NDArray[np.float64]
 
 FIRST_NOISE_M = 0.002
 CENTRE_M = 0.01  # a centre known to this has half the weight of a perfect one
+UNSEEN = 0.05  # weight of a node that no window moves: it holds its place unless its neighbours insist
 
 
 class CylinderOptions(Options):
@@ -43,7 +46,7 @@ class CylinderOptions(Options):
     direction_window_m: float = Field(
         0.2, gt=0, le=5, description="length over which a branch's direction is taken at a fork, metres"
     )
-    tip_m: float = Field(0.08, ge=0, le=1, description="most that a tip is moved on to its last point, metres")
+    tip_m: float = Field(0.08, ge=0, le=1, description="most that a tip moves on to its last point, metres")
     tolerance_share: float = Field(
         0.15, ge=0, le=2, description="tolerance of node positions as a share of the radius"
     )
@@ -75,13 +78,14 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
     options = options or CylinderOptions()
     xyz = np.ascontiguousarray(cloud.xyz + (cloud.origin - skeleton.origin))
     axes, noise = axes_of(skeleton, options.step_m), FIRST_NOISE_M
+    crown = _crown_diameter(xyz)
     for number in range(options.rounds + 1):
         shared = share_out(xyz, axes)
         windows = _outside(axes, measure(axes, shared, noise, options.window_m))
         noise = range_noise(windows, noise)
         if number:
             axes = _recentre(axes, windows, options.stiffness)
-        radii = smooth(axes, windows, min_arc=np.radians(options.min_arc_deg))
+        radii = smooth(axes, windows, min_arc=np.radians(options.min_arc_deg), crown_m=crown)
         axes = axes.with_square(radii.square)
         if number < options.rounds:
             axes = drop_hidden(axes, protrusion_m=options.protrusion_m + 2.0 * noise)
@@ -89,7 +93,12 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
                 axes = continue_anew(axes, window_m=options.direction_window_m, step_m=options.step_m)
             axes = anchor(axes, step_m=options.step_m)
     axes = extend_tips(axes, shared, most_m=options.tip_m)
-    return _model(cloud, skeleton, (axes, shared, radii), noise, options)
+    return _model(skeleton, (axes, shared, radii), noise, options)
+
+
+def _crown_diameter(xyz: Floats) -> float:
+    """Diameter in metres of the circle with the area of the points' convex hull in plan."""
+    return float(2.0 * np.sqrt(ConvexHull(xyz[:, :2]).volume / np.pi))
 
 
 def _outside(axes: Axes, windows: Windows) -> Windows:
@@ -101,19 +110,17 @@ def _outside(axes: Axes, windows: Windows) -> Windows:
 def _recentre(axes: Axes, windows: Windows, stiffness: float) -> Axes:
     """Move every branch's nodes to their estimated centres, smoothly."""
     known = windows.kind != NONE
-    weight = np.where(known, CENTRE_M**2 / (CENTRE_M**2 + windows.centre_variance), 0.0)
+    weight = np.where(known, CENTRE_M**2 / (CENTRE_M**2 + windows.centre_variance), UNSEEN)
     goal = axes.xyz + windows.shift * known[:, None]
     xyz = axes.xyz.copy()
     for b in range(len(axes.foot)):
         run = slice(int(axes.first[b]) + (b > 0), int(axes.first[b + 1]))
-        if np.count_nonzero(weight[run]) >= 2:
-            xyz[run] = whittaker(goal[run], weight[run], stiffness)
+        xyz[run] = whittaker(goal[run], weight[run], stiffness)
     xyz[axes.first[1:-1]] = xyz[axes.foot[1:]]
     return axes.at(xyz)
 
 
 def _model(
-    cloud: PointCloud,
     skeleton: Skeleton,
     fitted: tuple[Axes, Shared, Radii],
     noise: float,

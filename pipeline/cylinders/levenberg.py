@@ -34,7 +34,7 @@ def fit_cylinder(
 ) -> tuple[Floats, Floats, float, bool]:
     """Fit a cylinder to points in the frame of a first guess.
 
-    Minimises ``sum rho(d_i / s) + sum ((theta - 0) prior)^2`` over the axis' offset (a, b), its
+    Minimises ``sum rho(d_i / s) + sum (theta prior)^2 / 2`` over the axis' offset (a, b), its
     tilt (p, q) and the radius r, where d_i is the distance of a point to the cylinder's surface
     and rho Tukey's biweight.
 
@@ -73,7 +73,7 @@ def fit_cylinder(
     scale = _scale(local, theta, residual, jacobian, noise)
     cost = _cost(residual, theta, prior, start_radius, scale)
     for _ in range(STEPS):
-        gradient = _normal_equations(residual, jacobian, theta, prior, start_radius, scale, normal)
+        gradient = _normal_equations((residual, jacobian), theta, prior, start_radius, scale, normal)
         damped = normal.copy()
         for k in range(5):
             damped[k, k] *= 1.0 + damping
@@ -97,7 +97,7 @@ def fit_cylinder(
             if damping > 1e8:
                 break
     scale = _scale(local, theta, residual, jacobian, noise)
-    _normal_equations(residual, jacobian, theta, prior, start_radius, scale, normal)
+    _normal_equations((residual, jacobian), theta, prior, start_radius, scale, normal)
     covariance = np.zeros((5, 5))
     for k in range(5):
         unit = np.zeros(5)
@@ -133,7 +133,7 @@ def _distances(local: Floats, theta: Floats, residual: Floats, jacobian: Floats)
 def _scale(local: Floats, theta: Floats, residual: Floats, jacobian: Floats, noise: float) -> float:
     """Robust standard deviation of the residuals (median of their sizes), at least the noise."""
     _distances(local, theta, residual, jacobian)
-    return max(1.4826 * np.median(np.abs(residual)), noise)
+    return float(max(1.4826 * np.median(np.abs(residual)), noise))
 
 
 @compiled
@@ -146,13 +146,12 @@ def _cost(residual: Floats, theta: Floats, prior: Floats, start_radius: float, s
     total *= TUKEY * TUKEY / 6.0
     for k in range(4):
         total += 0.5 * (theta[k] * prior[k]) ** 2
-    return total + 0.5 * ((theta[4] - start_radius) * prior[4]) ** 2
+    return float(total + 0.5 * ((theta[4] - start_radius) * prior[4]) ** 2)
 
 
 @compiled
 def _normal_equations(
-    residual: Floats,
-    jacobian: Floats,
+    misfit: tuple[Floats, Floats],
     theta: Floats,
     prior: Floats,
     start_radius: float,
@@ -160,6 +159,7 @@ def _normal_equations(
     normal: Floats,
 ) -> Floats:
     """Fill `normal` with the weighted J'J and return J'r, both in units of the scale."""
+    residual, jacobian = misfit
     normal[:] = 0.0
     gradient = np.zeros(5)
     limit = TUKEY * scale

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.cylinders.windows import CYLINDER, Windows
+from pipeline.cylinders.estimates import CYLINDER
+from pipeline.cylinders.windows import Windows
 
 MOST_M = 0.02  # rough bark is not noise: beyond this, circle fits would be switched off
 LEAST_M = 0.0005

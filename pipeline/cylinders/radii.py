@@ -7,17 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.cylinders.allometry import allometric_diameter
 from pipeline.cylinders.axes import Axes
-from pipeline.cylinders.windows import NONE, Windows
+from pipeline.cylinders.estimates import CYLINDER, MOMENTS, NONE
+from pipeline.cylinders.windows import Windows
 from pipeline.geometry.compiled import compiled
 from pipeline.geometry.smoothing import falling
-from pipeline.model import MEASURED, PROPAGATED
+from pipeline.model import ALLOMETRIC, MEASURED, PROPAGATED
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 REWEIGHTS = 3
 PIPE = 1.0  # a branch's cross-section follows the length that it carries (pipe model)
+WEAK = 0.25  # evidence below which a window does not count as bark
+BOUND = 3.0  # how far beyond the pipe model such a window may go (in cross-section)
+SLIM_M = 0.015  # radii below this are left alone
 GUESS = 0.3  # relative standard error of a radius that no points support
 
 
@@ -40,40 +45,61 @@ class Radii:
     error: Floats
 
 
-def smooth(axes: Axes, windows: Windows, *, min_arc: float) -> Radii:
+def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown_m: float) -> Radii:
     """Fit falling squared radii to the windows of every branch, from the stem outwards.
 
-    A branch without any window tapers from its share of the parent's cross-section, by the length
-    that it carries.
+    Where the points do not look like a shell of bark, the pipe model sets a bound: the
+    cross-section of the lower stem, shared out by the length that each part carries. A branch
+    without any window tapers from its share of the parent's cross-section. Where not even the
+    lower stem is measured, allometry gives its diameter.
 
     Parameters
     ----------
     axes : Axes
     windows : Windows
     min_arc : float
-        Least arc, in radians, for a node to count as measured.
+        Least arc, in radians, for a cylinder to count as measured.
+    crown_m : float
+        Diameter of the crown, metres, for the allometry.
 
     References
     ----------
-    Shinozaki et al. (1964) for the pipe model.
+    Shinozaki et al. (1964) for the pipe model; Jucker et al. (2017) for the allometry.
     """
     count = len(axes.xyz)
     usable = (windows.kind != NONE) & (windows.variance > 0) & np.isfinite(windows.variance)
     square, weight = np.zeros(count), np.zeros(count)
     carried = _carried(axes)
-    radius = np.sqrt(np.maximum(windows.square, 0.0))
-    # No tree is round to better than a hundredth of its radius.
-    variance = windows.variance + (0.02 * windows.square) ** 2 + 1e-12
-    _smooth(
-        axes.first, axes.foot, carried, (windows.square, variance, usable), (square, weight)
-    )
-    seen = usable & (windows.arc >= min_arc) & (weight > 0.2)
-    source = np.where(seen, MEASURED, PROPAGATED).astype(np.uint8)
-    smoothed = np.sqrt(np.maximum(square, 0.0))
-    error = np.where(
-        seen, np.sqrt(variance) / np.maximum(2.0 * np.maximum(smoothed, radius), 1e-4), GUESS * smoothed
-    )
+    stem, is_measured = _lower_stem(axes, windows, crown_m)
+    pipe = stem * carried / max(carried[0], 1e-9)
+    loose = usable & (windows.evidence < WEAK) & (windows.square > np.maximum(BOUND * pipe, SLIM_M**2))
+    value = np.where(loose, np.maximum(BOUND * pipe, SLIM_M**2), windows.square)
+    # No branch is round to better than some hundredths of its radius.
+    variance = windows.variance + (0.02 * value) ** 2 + 1e-12
+    variance = variance + np.where(loose, value**2, 0.0)
+    if not is_measured:
+        usable = usable & (windows.evidence >= WEAK)
+        square[0] = stem
+    _smooth(axes.first, axes.foot, carried, (value, variance, usable), (square, weight), stem)
+    wide_enough = (windows.arc >= min_arc) | (windows.kind == MOMENTS)
+    seen = usable & wide_enough & (windows.evidence >= WEAK) & (weight > 0.2)
+    other = PROPAGATED if is_measured else ALLOMETRIC
+    source = np.where(seen, MEASURED, other).astype(np.uint8)
+    radius = np.sqrt(np.maximum(square, 0.0))
+    error = np.where(seen, np.sqrt(variance) / np.maximum(2.0 * radius, 1e-3), GUESS * radius)
     return Radii(square, source, error)
+
+
+def _lower_stem(axes: Axes, windows: Windows, crown_m: float) -> tuple[float, bool]:
+    """Squared radius of the lowest metres of the stem, and whether the points show it."""
+    stem = np.arange(int(axes.first[0]), int(axes.first[1]))
+    height = axes.xyz[stem, 2] - axes.xyz[stem[0], 2]
+    low = stem[(height >= 0.2) & (height <= 2.0)]
+    sure = low[(windows.kind[low] == CYLINDER) & (windows.evidence[low] >= WEAK)]
+    if len(sure) >= 3:
+        return float(np.median(windows.square[sure])), True
+    tall = float(np.ptp(axes.xyz[:, 2]))
+    return (allometric_diameter(tall, crown_m) / 2) ** 2, False
 
 
 def _carried(axes: Axes) -> Floats:
@@ -101,13 +127,14 @@ def _smooth(
     carried: Floats,
     windows: tuple[Floats, Floats, NDArray[np.bool_]],
     out: tuple[Floats, Floats],
+    stem: float,
 ) -> None:
     value, variance, usable = windows
     square, weight = out
     for b in range(len(first) - 1):
         low, high = first[b], first[b + 1]
         known = np.flatnonzero(usable[low:high]) + low
-        ceiling = square[foot[b]] if foot[b] >= 0 else np.inf
+        ceiling = square[foot[b]] if foot[b] >= 0 else 4.0 * stem
         if len(known) < 2:
             _by_pipe(b, (low, high), ceiling, carried, foot, square)
             continue
@@ -151,9 +178,6 @@ def _by_pipe(
 ) -> None:
     """Taper a branch that nothing measures from its share of the parent's cross-section."""
     low, high = run
-    if not np.isfinite(ceiling) or ceiling <= 0.0:
-        square[low:high] = 0.0
-        return
-    share = (carried[low] / max(carried[foot[b]], 1e-9)) ** PIPE
+    share = (carried[low] / max(carried[foot[b]], 1e-9)) ** PIPE if foot[b] >= 0 else 0.25
     for i in range(low, high):
-        square[i] = min(share, 1.0) * ceiling * (high - i) / (high - low)
+        square[i] = min(share, 1.0) * max(ceiling, 0.0) * (high - i) / (high - low)

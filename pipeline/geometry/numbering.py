@@ -99,14 +99,14 @@ def rooted(count: int, edges: ArrayLike) -> Positions:
     lonely = parent.count(-2)
     if lonely:
         msg = (
-            f"node {parent.index(-2)} is not connected to the root, node {root} ({lonely} of {count} nodes are "
-            "not); keep one tree a file"
+            f"node {parent.index(-2)} is not connected to the root, node {root} ({lonely} of {count} nodes "
+            "are not); keep one tree a file"
         )
         raise ModelError(msg)
     if len(both) // 2 != count - 1:
         msg = (
-            f"{len(both) // 2} edges join {count} nodes, a tree has {count - 1}: the graph has a cycle; remove "
-            "the edges that close it (a spanning tree)"
+            f"{len(both) // 2} edges join {count} nodes, a tree has {count - 1}: the graph has a cycle; "
+            "remove the edges that close it (a spanning tree)"
         )
         raise ModelError(msg)
     return np.array(parent, dtype=np.int64)

@@ -72,4 +72,4 @@ def deviation(values: Floats, arc: Floats, a: int, b: int, i: int, tolerance: fl
     for d in range(3, values.shape[1]):
         between = values[a, d] + share * (values[b, d] - values[a, d])
         worst = max(worst, abs(values[i, d] - between))
-    return worst
+    return float(worst)

@@ -31,11 +31,31 @@ def whittaker(values: Floats, weight: Floats, stiffness: float) -> Floats:
     ----------
     Whittaker (1923); Eilers (2003), "A perfect smoother".
     """
+    if len(values) < 3:
+        return values.copy()
+    main, one, two = _penalty(len(values), stiffness)
+    main += weight + 1e-9
+    _factorise(main, one, two)
+    out = values * (weight + 1e-9).reshape(-1, 1)
     count = len(values)
-    out = values.copy()
-    if count < 3:
-        return out
-    main, one, two = weight + 1e-9, np.zeros(count), np.zeros(count)
+    for d in range(values.shape[1]):
+        for i in range(1, count):
+            out[i, d] -= one[i - 1] * out[i - 1, d]
+            if i >= 2:
+                out[i, d] -= two[i - 2] * out[i - 2, d]
+        for i in range(count - 1, -1, -1):
+            out[i, d] /= main[i]
+            if i + 1 < count:
+                out[i, d] -= one[i] * out[i + 1, d]
+            if i + 2 < count:
+                out[i, d] -= two[i] * out[i + 2, d]
+    return out
+
+
+@compiled
+def _penalty(count: int, stiffness: float) -> tuple[Floats, Floats, Floats]:
+    """Diagonals of stiffness D'D, D the second differences."""
+    main, one, two = np.zeros(count), np.zeros(count), np.zeros(count)
     for i in range(count - 2):
         main[i] += stiffness
         main[i + 1] += 4.0 * stiffness
@@ -43,7 +63,13 @@ def whittaker(values: Floats, weight: Floats, stiffness: float) -> Floats:
         one[i] -= 2.0 * stiffness
         one[i + 1] -= 2.0 * stiffness
         two[i] += stiffness
-    for i in range(count):  # factors L D L' of the five-banded matrix, in place
+    return main, one, two
+
+
+@compiled
+def _factorise(main: Floats, one: Floats, two: Floats) -> None:
+    """Turn the diagonals of a five-banded matrix into its factors L D L', in place."""
+    for i in range(len(main)):
         if i >= 1:
             main[i] -= main[i - 1] * one[i - 1] ** 2
         if i >= 2:
@@ -52,20 +78,6 @@ def whittaker(values: Floats, weight: Floats, stiffness: float) -> Floats:
             one[i] -= main[i - 1] * one[i - 1] * two[i - 1]
         one[i] /= main[i]
         two[i] /= main[i]
-    for d in range(values.shape[1]):
-        for i in range(count):
-            out[i, d] = (weight[i] + 1e-9) * values[i, d]
-            if i >= 1:
-                out[i, d] -= one[i - 1] * out[i - 1, d]
-            if i >= 2:
-                out[i, d] -= two[i - 2] * out[i - 2, d]
-        for i in range(count):
-            out[i, d] /= main[i]
-        for i in range(count - 2, -1, -1):
-            out[i, d] -= one[i] * out[i + 1, d]
-            if i + 2 < count:
-                out[i, d] -= two[i] * out[i + 2, d]
-    return out
 
 
 @compiled

@@ -111,8 +111,9 @@ def _thickness(xyz: Floats, levels: list[_Level]) -> Floats:
 
 def _steady(xyz: Floats, thickness: Floats, spacing_m: float) -> Floats:
     """Replace each thickness by the median of its neighbours': a chance alignment is outvoted."""
-    near = cKDTree(xyz).query(xyz, k=min(24, len(xyz)), distance_upper_bound=np.inf)[1]
-    return np.maximum(np.median(thickness[near.reshape(len(xyz), -1)], axis=1), spacing_m / 4)
+    near = cKDTree(xyz).query(xyz, k=min(24, len(xyz)))[1]
+    median = np.median(thickness[near.reshape(len(xyz), -1)], axis=1)
+    return np.asarray(np.maximum(median, spacing_m / 4))
 
 
 def _shift(xyz: Floats, thickness: Floats, levels: list[_Level]) -> Floats:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
 
 from pipeline.errors import NotATreeError
 from pipeline.geometry.branching import continue_branches, number_by_paths
@@ -108,9 +109,7 @@ def by_mst(cloud: PointCloud, options: MstOptions) -> Skeleton:
     number[order] = np.arange(len(order))
     parent = tree.parent[order]
     parent[1:] = number[parent[1:]]
-    return Skeleton(
-        tree.xyz[order], parent.astype(np.int32), cloud.origin, cloud.crs, dict(cloud.metadata)
-    )
+    return Skeleton(tree.xyz[order], parent.astype(np.int32), cloud.origin, cloud.crs, dict(cloud.metadata))
 
 
 def _grow(xyz: Floats, options: MstOptions) -> Rooted:
@@ -129,8 +128,7 @@ def _grow(xyz: Floats, options: MstOptions) -> Rooted:
 
 
 def _spacing(xyz: Floats) -> Floats:
-    from scipy.spatial import cKDTree
-
+    """Distance from every point to its nearest neighbour."""
     return np.asarray(cKDTree(xyz).query(xyz, k=min(2, len(xyz)))[0]).reshape(len(xyz), -1)[:, -1]
 
 

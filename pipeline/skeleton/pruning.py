@@ -33,11 +33,15 @@ def prune(tree: Rooted, *, protrusion_m: float, inside: float, min_support: int)
     step = np.linalg.norm(tree.xyz - tree.xyz[np.maximum(tree.parent, 0)], axis=1)
     ahead = longest_child(tree.parent, step)
     wood = inside * tree.thickness
-    return tree.keep(_standing_out((tree.xyz, step), (tree.parent, ahead), (wood, tree.support), protrusion_m, min_support))
+    return tree.keep(
+        _standing_out((tree.xyz, step), (tree.parent, ahead), (wood, tree.support), protrusion_m, min_support)
+    )
 
 
 @compiled
-def _clearance(i: int, fork: int, geometry: tuple[Floats, Floats], links: tuple[Ints, Ints], wood: Floats) -> float:
+def _clearance(
+    i: int, fork: int, geometry: tuple[Floats, Floats], links: tuple[Ints, Ints], wood: Floats
+) -> float:
     """How far node `i` stands outside the wood of the axis through `fork`, in metres."""
     xyz, step = geometry
     parent, ahead = links
@@ -53,7 +57,7 @@ def _clearance(i: int, fork: int, geometry: tuple[Floats, Floats], links: tuple[
         j = ahead[j]
         gone += step[j]
         clear = min(clear, np.sqrt(((xyz[i] - xyz[j]) ** 2).sum()) - wood[j])
-    return clear
+    return float(clear)
 
 
 @compiled
