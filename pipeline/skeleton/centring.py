@@ -82,7 +82,7 @@ def centre(xyz: Floats, *, spacing_m: float, rounds: int) -> Centred:
 
 
 def _levels(xyz: Floats, spacing_m: float) -> list[_Level]:
-    """Local axes in balls of doubling radius, until one holds a twelfth of the tree."""
+    """Local axes in balls of doubling radius, up to a twelfth of the tree."""
     reach = float(np.ptp(xyz, axis=0).max())
     radius, levels = 4.0 * spacing_m, list[_Level]()
     while not levels or radius <= reach / 12:
