@@ -6,6 +6,11 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# Machines are shared and the first call compiles: time is not what these tests are about.
+settings.register_profile("calm", deadline=None, derandomize=True)
+settings.load_profile("calm")
 
 ROOT = Path(__file__).resolve().parent.parent
 

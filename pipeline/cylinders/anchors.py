@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.cylinders.axes import Axes, resample
-from pipeline.cylinders.windows import Shared
+from pipeline.geometry.axes import Axes, resample
 from pipeline.geometry.compiled import compiled
+from pipeline.geometry.windows import Shared
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.cylinders.axes import Axes
+from pipeline.geometry.axes import Axes
 from pipeline.geometry.polyline import douglas_peucker
 
 Floats = NDArray[np.float64]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.cylinders.axes import Axes
-from pipeline.cylinders.estimates import CYLINDER
 from pipeline.cylinders.radii import GUESS, Radii
-from pipeline.cylinders.windows import Shared, estimate_window
+from pipeline.geometry.axes import Axes
+from pipeline.geometry.estimates import CYLINDER
+from pipeline.geometry.windows import Shared, estimate_window
 from pipeline.model import MEASURED, RADIUS_SOURCES, Trunk
 
 Floats = NDArray[np.float64]

@@ -11,15 +11,15 @@ from scipy.spatial import ConvexHull
 
 from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent
 from pipeline.cylinders.assembly import assemble, chosen_nodes
-from pipeline.cylinders.axes import Axes, axes_of
 from pipeline.cylinders.breast import breast_height
-from pipeline.cylinders.estimates import NONE
-from pipeline.cylinders.noise import range_noise
 from pipeline.cylinders.radii import Radii, smooth
 from pipeline.cylinders.restructure import continue_anew, drop_hidden
-from pipeline.cylinders.windows import Shared, Windows, measure, share_out
+from pipeline.geometry.axes import Axes, axes_of
+from pipeline.geometry.estimates import NONE
+from pipeline.geometry.noise import range_noise
 from pipeline.geometry.smoothing import whittaker
 from pipeline.geometry.surface import Tubes, nearest_tube
+from pipeline.geometry.windows import Shared, Windows, measure, share_out
 from pipeline.model import PointCloud, Skeleton, TreeModel
 from pipeline.options import Options
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.cylinders.allometry import allometric_diameter
-from pipeline.cylinders.axes import Axes
-from pipeline.cylinders.estimates import CYLINDER, MOMENTS, NONE
-from pipeline.cylinders.windows import Windows
+from pipeline.geometry.axes import Axes
 from pipeline.geometry.compiled import compiled
+from pipeline.geometry.estimates import CYLINDER, MOMENTS, NONE
 from pipeline.geometry.smoothing import falling
+from pipeline.geometry.windows import Windows
 from pipeline.model import ALLOMETRIC, MEASURED, PROPAGATED
 
 Floats = NDArray[np.float64]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pipeline.cylinders.anchors import clearance
 from pipeline.cylinders.assembly import assemble
-from pipeline.cylinders.axes import Axes, axes_of_paths
+from pipeline.geometry.axes import Axes, axes_of_paths
 from pipeline.geometry.branching import continue_branches, number_by_paths
 
 Floats = NDArray[np.float64]

@@ -35,13 +35,32 @@ def euclidean_tree(xyz: Floats) -> tuple[Ints, Floats]:
     search passes over boxes that lie wholly in the component it starts from (March, Ram & Gray
     2010, "Fast Euclidean minimum spanning tree"). Ties are broken by index, so the tree is unique.
     """
-    if len(xyz) < 2:
-        return np.empty((0, 2), dtype=np.int64), np.empty(0)
-    order = np.argsort(_curve_position(xyz), kind="stable")
-    pairs = order[_boruvka(np.ascontiguousarray(xyz[order]), order)]
-    pairs.sort(axis=1)
-    pairs = pairs[np.lexsort(pairs.T[::-1])]
+    pairs = shortest_bridges(xyz, np.arange(len(xyz)))
     return pairs, np.linalg.norm(xyz[pairs[:, 0]] - xyz[pairs[:, 1]], axis=1)
+
+
+def shortest_bridges(xyz: Floats, component: Ints) -> Ints:
+    """Return the shortest edges that join components of points into one.
+
+    Parameters
+    ----------
+    xyz : (P, 3) array
+        Points, in metres.
+    component : (P,) array of int
+        The component of every point, from 0 to below P.
+
+    Returns
+    -------
+    (C - 1, 2) array of int
+        Pairs of points, the smaller index first, sorted; C is the number of components.
+    """
+    if len(xyz) < 2:
+        return np.empty((0, 2), dtype=np.int64)
+    order = np.argsort(_curve_position(xyz), kind="stable")
+    _, first, label = np.unique(component[order], return_index=True, return_inverse=True)
+    pairs = order[_boruvka(np.ascontiguousarray(xyz[order]), order, first[label.ravel()], len(first))]
+    pairs.sort(axis=1)
+    return np.asarray(pairs[np.lexsort(pairs.T[::-1])])
 
 
 def _curve_position(xyz: Floats) -> NDArray[np.uint64]:
@@ -149,20 +168,23 @@ def _root(parent: Ints, i: int) -> int:
 
 
 @compiled
-def _boruvka(xyz: Floats, rank: Ints) -> Ints:
-    """Edges of the tree as pairs of positions in `xyz`; ties fall to the smaller `rank` pair."""
+def _boruvka(xyz: Floats, rank: Ints, start: Ints, components: int) -> Ints:
+    """Edges that join the components as pairs of positions; ties fall to the smaller `rank` pair.
+
+    `start` holds, for every point, the first position of its component.
+    """
     count = len(xyz)
     leaves = 1
     while leaves * LEAF < count:
         leaves *= 2
     low, high = _boxes(xyz, leaves)
-    parent = np.arange(count)
-    component = np.arange(count)
+    parent = start.copy()
+    component = start.copy()
     # the nearest point outside the component at the last look: a bound that only grows
     last = np.zeros(count)
-    edges = np.empty((count - 1, 2), dtype=np.int64)
+    edges = np.empty((components - 1, 2), dtype=np.int64)
     made = 0
-    while made < count - 1:
+    while made < components - 1:
         tree = (low, high, _label_boxes(component, leaves))
         best = np.full(count, np.inf)
         link = np.full((count, 2), -1, dtype=np.int64)

@@ -8,16 +8,22 @@ from typing import Literal
 from pydantic import Field
 
 from pipeline.model import PointCloud, Skeleton
+from pipeline.skeleton.geodesic import GeodesicOptions, by_geodesic
 from pipeline.skeleton.mst import MstOptions, by_mst
 
 
-class SkeletonOptions(MstOptions):
+class SkeletonOptions(MstOptions, GeodesicOptions):
     """Options of the skeleton stage."""
 
-    method: Literal["auto", "mst"] = Field("auto", description="skeleton method; auto chooses and says why")
+    method: Literal["auto", "mst", "geodesic"] = Field(
+        "auto", description="skeleton method; auto chooses and says why"
+    )
 
 
-METHODS: dict[str, Callable[[PointCloud, SkeletonOptions], Skeleton]] = {"mst": by_mst}
+METHODS: dict[str, Callable[[PointCloud, SkeletonOptions], Skeleton]] = {
+    "mst": by_mst,
+    "geodesic": by_geodesic,
+}
 
 
 def extract(cloud: PointCloud, *, options: SkeletonOptions | None = None) -> Skeleton:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.cylinders.axes import Axes
-from pipeline.cylinders.estimates import FEW, Estimate, estimate
-from pipeline.cylinders.levenberg import frame
+from pipeline.geometry.axes import Axes
 from pipeline.geometry.compiled import compiled
+from pipeline.geometry.estimates import FEW, Estimate, estimate
+from pipeline.geometry.levenberg import frame
 from pipeline.geometry.surface import nearest_tube
 
 Floats = NDArray[np.float64]

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.cylinders import levenberg
+from pipeline.geometry import levenberg
 
 
 def arc_points(radius, arc_deg, noise, count=200, seed=0):

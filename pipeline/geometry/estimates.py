@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.cylinders.levenberg import fit_cylinder
 from pipeline.geometry.compiled import compiled
+from pipeline.geometry.levenberg import fit_cylinder
 
 Floats = NDArray[np.float64]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.cylinders.estimates import CYLINDER
-from pipeline.cylinders.windows import Windows
+from pipeline.geometry.estimates import CYLINDER
+from pipeline.geometry.windows import Windows
 
 MOST_M = 0.02  # rough bark is not noise: beyond this, circle fits would be switched off
 LEAST_M = 0.0005
