@@ -1,0 +1,26 @@
+"""Text to symbols and back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pipeline.lsystem.tokens import number, tokenise
+
+
+def test_symbols_and_values() -> None:
+    symbols, values = tokenise("F(1.5)[+ -(0.25)\nX()!(1e-2)]")
+    assert symbols.tobytes() == b"F[+-X!]"
+    np.testing.assert_array_equal(values, [1.5, np.nan, np.nan, 0.25, np.nan, 0.01, np.nan])
+
+
+def test_nothing_is_nothing() -> None:
+    assert [len(part) for part in tokenise("")] == [0, 0]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.414, "0.414"), (2.0, "2"), (0.0001, "0.0001"), (123456.789, "123456.789")]
+)
+def test_numbers_are_short(value: float, text: str) -> None:
+    assert number(value) == text
+    assert float(text) == value
