@@ -35,6 +35,39 @@ def anchor(axes: Axes, *, step_m: float) -> Axes:
     return _rebuild(axes, xyz, foot, keep, step_m)
 
 
+def set_foot(axes: Axes, shared: Shared) -> Axes:
+    """Let the stem start where its lowest points are, straight below its first sound metre.
+
+    The lowest slices of a stem are half rings and roots; the axis above them knows better.
+
+    Parameters
+    ----------
+    axes : Axes
+        With radii.
+    shared : Shared
+        The points of each branch; branch 0 is the stem.
+    """
+    low, high = int(axes.first[0]), int(axes.first[1])
+    points = shared.xyz[shared.first[0] : shared.first[1]]
+    if high - low < 4 or len(points) < 20:
+        return axes
+    arc = shared.node_arc[low:high]
+    radius = float(np.median(axes.radius[low:high][arc <= arc[0] + 1.0]))
+    start = min(int(np.searchsorted(arc, max(radius, 0.1))), high - low - 3)
+    ahead = min(int(np.searchsorted(arc, arc[start] + max(0.3, 2.0 * radius))), high - low - 1)
+    way = axes.xyz[low + ahead] - axes.xyz[low + start]
+    way /= max(float(np.linalg.norm(way)), 1e-9)
+    near = points[shared.arc[shared.first[0] : shared.first[1]] <= arc[start]]
+    if len(near) < 10 or way[2] < 0.3:
+        return axes
+    along = (near - axes.xyz[low + start]) @ way
+    reach = float(np.quantile(along, 0.005))
+    xyz = axes.xyz.copy()
+    share = np.linspace(1.0, 0.0, start + 1)[:-1, None]
+    xyz[low : low + start] = xyz[low + start] + share * reach * way
+    return axes.at(xyz)
+
+
 def _rebuild(axes: Axes, xyz: Floats, foot: Ints, keep: NDArray[np.bool_], step_m: float) -> Axes:
     """Resample the kept nodes, and find the feet again among the parents' new nodes."""
     count = np.add.reduceat(keep.astype(np.int64), axes.first[:-1])

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.spatial import ConvexHull
 
-from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent
+from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent, set_foot
 from pipeline.cylinders.assembly import assemble, chosen_nodes
 from pipeline.cylinders.breast import breast_height
 from pipeline.cylinders.radii import Radii, smooth
@@ -87,11 +87,13 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
             axes = _recentre(axes, windows, options.stiffness)
         radii = smooth(axes, windows, min_arc=np.radians(options.min_arc_deg), crown_m=crown)
         axes = axes.with_square(radii.square)
+        if number == options.rounds:
+            axes = set_foot(axes, shared)
         if number < options.rounds:
             axes = drop_hidden(axes, protrusion_m=options.protrusion_m + 2.0 * noise)
             if number == options.rounds - 1:
                 axes = continue_anew(axes, window_m=options.direction_window_m, step_m=options.step_m)
-            axes = anchor(axes, step_m=options.step_m)
+            axes = anchor(set_foot(axes, shared), step_m=options.step_m)
     axes = extend_tips(axes, shared, most_m=options.tip_m)
     return _model(skeleton, (axes, shared, radii), noise, options)
 

@@ -24,13 +24,13 @@ Estimate = tuple[int, float, float, float, float, float, float, float, float]
 def estimate(local: Floats, radius: float, noise: float) -> Estimate:
     """One window: a cylinder where the branch is thick against the noise, else moments."""
     a, b, r, cost = _circle_guess(local, radius)
-    if r > CLEAR * noise:
+    if _typical_distance(local) > CLEAR * noise:
         theta = np.array([a, b, 0.0, 0.0, r])
         prior = np.array([1.0 / r, 1.0 / r, 8.0, 8.0, 1.0 / r])
         theta, covariance, scale, good = fit_cylinder(local, theta, prior, noise)
         width = _width(local)
         off = np.sqrt((theta[0] - local[:, 0].mean()) ** 2 + (theta[1] - local[:, 1].mean()) ** 2)
-        if good and CLEAR * noise < theta[4] < WIDE * width and off < 2.0 * width:
+        if good and noise < theta[4] < WIDE * width and off < 2.0 * width:
             square = theta[4] * theta[4] - noise * noise
             variance = 4.0 * square * noise * noise * covariance[4, 4]
             if scale > CLEAR * noise + 0.003:
@@ -39,6 +39,13 @@ def estimate(local: Floats, radius: float, noise: float) -> Estimate:
             misfit, arc, sure = _shell(local, theta)
             return CYLINDER, theta[0], theta[1], square, variance, middle, misfit, arc, sure
     return _moments(local, noise, cost)
+
+
+@compiled
+def _typical_distance(local: Floats) -> float:
+    """Median distance of the points from their own middle line, in metres."""
+    x, y = local[:, 0] - np.median(local[:, 0]), local[:, 1] - np.median(local[:, 1])
+    return float(np.median(np.sqrt(x * x + y * y)))
 
 
 @compiled

@@ -112,7 +112,7 @@ def rooted(count: int, edges: ArrayLike) -> Positions:
     return np.array(parent, dtype=np.int64)
 
 
-def by_paths(parent: ArrayLike, length: ArrayLike) -> Positions:
+def by_paths(parent: ArrayLike, length: ArrayLike, *, goes_on: ArrayLike | None = None) -> Positions:
     """Order the nodes of a rooted tree path by path.
 
     Parameters
@@ -120,9 +120,10 @@ def by_paths(parent: ArrayLike, length: ArrayLike) -> Positions:
     parent : (N,) array_like of int
         Parent of each node, -1 at the one root; nodes in any order.
     length : (N,) array_like of float
-        Length of the segment that ends at each node, or whatever else decides which child goes on
-        at a fork: it is the one with the largest sum over itself and all that it carries (the first
-        of equals).
+        Length of the segment that ends at each node. At a fork the branch goes on with the child
+        that carries the most, its own segment included (the first of equals).
+    goes_on : (N,) array_like of bool, optional
+        Nodes that are known to continue their parent's branch: they come before all others.
 
     Returns
     -------
@@ -142,6 +143,7 @@ def by_paths(parent: ArrayLike, length: ArrayLike) -> Positions:
     above = np.asarray(parent, dtype=np.int64).tolist()
     order, below = _downward(above)
     carried = np.asarray(length, dtype=np.float64).tolist()
+    known = [False] * len(above) if goes_on is None else np.asarray(goes_on, dtype=bool).tolist()
     for i in reversed(order[1:]):
         carried[above[i]] += carried[i]
     node: list[int] = []
@@ -150,9 +152,9 @@ def by_paths(parent: ArrayLike, length: ArrayLike) -> Positions:
         here: int | None = feet.popleft()
         while here is not None:
             node.append(here)
-            goes_on = max(below[here], key=lambda c: (carried[c], -c), default=None)
-            feet.extend(c for c in below[here] if c != goes_on)
-            here = goes_on
+            following = max(below[here], key=lambda c: (known[c], carried[c], -c), default=None)
+            feet.extend(c for c in below[here] if c != following)
+            here = following
     return np.array(node, dtype=np.int64)
 
 

@@ -16,8 +16,9 @@ from pipeline.geometry.surface import nearest_tube
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-ENOUGH = 60  # points that a window grows for
-PLENTY = 160  # points beyond which a window is thinned
+ENOUGH = 100  # points that a window grows for
+LONG_M = 0.15  # a window is about as long as the branch is thick, but no longer than this unasked
+PLENTY = 400  # points beyond which a window is thinned
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +157,7 @@ def _measure(
         run = arcs[begin[b] : begin[b + 1]]
         for i in range(first[b], first[b + 1]):
             radius = np.sqrt(max(squares[i], 0.0))
-            low, high = _window(run, node_arc[i], max(window, radius), max(3.0 * window, 2.0 * radius))
+            low, high = _window(run, node_arc[i], max(window, min(radius, LONG_M)), max(3.0 * window, 2.0 * radius))
             count[i] = high - low
             if high - low < FEW:
                 continue

@@ -14,6 +14,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 INSIDE = 1.25  # radii around a kept axis that are its own wood
+NEIGHBOURS = 4  # slices before and after that vote on a thickness
 THICK_M = 0.10  # slices are not believed to be thicker than that; limbs are known apart
 
 
@@ -36,19 +37,46 @@ def keep_chains(
         Least length (metres) and number of points of a chain.
     """
     step = np.linalg.norm(tree.xyz - tree.xyz[np.maximum(tree.parent, 0)], axis=1)
-    wood = INSIDE * np.minimum(tree.thickness, THICK_M)
+    ahead = longest_child(tree.parent, step)
+    usual = _usual_thickness(tree.thickness, tree.parent, ahead)
+    wood = INSIDE * np.minimum(usual, THICK_M)
     size = float(wood[~limb].max(initial=0.0)) + margin_m
     keys = cell_keys(tree.xyz, size)
     order = np.argsort(keys, kind="stable")
     keep = _keep(
         (tree.xyz, step, wood, tree.support),
-        tree.parent,
+        (tree.parent, ahead),
         limb,
         clear_of_limbs,
         (keys, order, keys[order]),
         (margin_m, least[0], float(least[1])),
     )
     return tree.keep(keep)
+
+
+@compiled
+def _usual_thickness(thickness: Floats, parent: Ints, ahead: Ints) -> Floats:
+    """Median thickness over the neighbours along the branch: a slice across a fork is outvoted."""
+    out = thickness.copy()
+    held = np.empty(2 * NEIGHBOURS + 1)
+    for i in range(len(thickness)):
+        held[0], count = thickness[i], 1
+        j = i
+        for _ in range(NEIGHBOURS):
+            j = ahead[j]
+            if j < 0:
+                break
+            held[count] = thickness[j]
+            count += 1
+        j = i
+        for _ in range(NEIGHBOURS):
+            j = parent[j]
+            if j < 0:
+                break
+            held[count] = thickness[j]
+            count += 1
+        out[i] = np.median(held[:count])
+    return out
 
 
 @compiled
@@ -68,7 +96,7 @@ def _reach_of_chains(parent: Ints, step: Floats, limb: NDArray[np.bool_], ahead:
 @compiled
 def _keep(
     nodes: tuple[Floats, Floats, Floats, Floats],
-    parent: Ints,
+    links: tuple[Ints, Ints],
     limb: NDArray[np.bool_],
     clear_of_limbs: Floats,
     grid: tuple[Ints, Ints, Ints],
@@ -76,7 +104,7 @@ def _keep(
 ) -> NDArray[np.bool_]:
     _, step, _, support = nodes
     margin, least_length, least_points = limits
-    ahead = longest_child(parent, step)
+    parent, ahead = links
     reach = _reach_of_chains(parent, step, limb, ahead)
     keep = limb.copy()
     kept = limb.copy()

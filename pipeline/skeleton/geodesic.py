@@ -57,7 +57,7 @@ def by_geodesic(cloud: PointCloud, options: GeodesicOptions) -> Skeleton:
     limbs = find_limbs(cloud.xyz, neighbours=options.fine_neighbours, window_m=options.window_m)
     points = cloud.xyz[first_in_cell(cloud.xyz, options.fine_m)]
     slices, entry, limb_nodes = _slices(points, limbs, options)
-    tree, is_limb = _join(slices, entry, limb_nodes)
+    tree, is_limb = _join(slices.less_noise(limbs.noise), entry, limb_nodes)
     clear = _clear_of_limbs(tree.xyz, limbs.axes)
     margin = options.margin_m + 2.0 * limbs.noise
     tree = keep_chains(tree, is_limb, clear, margin, (options.min_chain_m, options.min_chain_points))
