@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.cylinders.radii import GUESS, Radii
+from pipeline.cylinders.allometry import LOG_ERROR
+from pipeline.cylinders.measured import Measured
+from pipeline.cylinders.radii import GUESS
 from pipeline.geometry.axes import Axes
 from pipeline.geometry.estimates import CYLINDER
-from pipeline.geometry.windows import Shared, estimate_window
-from pipeline.model import MEASURED, RADIUS_SOURCES, Trunk
+from pipeline.geometry.windows import estimate_window
+from pipeline.model import ALLOMETRIC, MEASURED, PROPAGATED, RADIUS_SOURCES, Trunk
 
 Floats = NDArray[np.float64]
 
@@ -22,7 +24,7 @@ WITHIN_90 = 1.645
 OUT_OF_ROUND = 0.004
 
 
-def breast_height(axes: Axes, shared: Shared, radii: Radii, noise: float, ground_z: float) -> Trunk:
+def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float) -> Trunk:
     """Diameter of the stem 1.3 m above the ground, with its 90 % interval and arc.
 
     Measured from the points of the slice where they support a cylinder; else read off the model
@@ -32,9 +34,8 @@ def breast_height(axes: Axes, shared: Shared, radii: Radii, noise: float, ground
     ----------
     axes : Axes
         With the final radii; branch 0 is the stem.
-    shared : Shared
-        Points by branch.
-    radii : Radii
+    measured : Measured
+        Points by branch, windows and radii.
     noise : float
         Range noise, metres.
     ground_z : float
@@ -51,6 +52,7 @@ def breast_height(axes: Axes, shared: Shared, radii: Radii, noise: float, ground
     share = float(np.clip((BREAST_M - height[low]) / run, 0, 1)) if run > 0 else 1.0
     centre = axes.xyz[low] + share * (axes.xyz[at] - axes.xyz[low])
     radius = float(axes.radius[low] + share * (axes.radius[at] - axes.radius[low]))
+    shared, radii = measured.shared, measured.radii
     points = shared.xyz[shared.first[0] : shared.first[1]]
     slab = points[np.abs(points[:, 2] - ground_z - BREAST_M) <= SLICE_M / 2]
     if len(slab) >= LEAST_POINTS:
@@ -59,10 +61,18 @@ def breast_height(axes: Axes, shared: Shared, radii: Radii, noise: float, ground
         agrees = abs(np.sqrt(max(square, 0.0)) - radius) < 0.3 * max(radius, 0.02)
         if kind == CYLINDER and sure > LEAST_EVIDENCE and agrees:
             return _measured(float(np.sqrt(square)), float(variance), float(spread), float(arc), ground_z)
-    source = RADIUS_SOURCES[int(radii.source[at])]
-    error = float(max(radii.error[at], GUESS * radius if radii.source[at] != MEASURED else 0.0))
-    low_high = (2 * max(radius - WITHIN_90 * error, 0.0), 2 * (radius + WITHIN_90 * error))
-    return Trunk(2 * radius, *low_high, 0.0, source, ground_z)
+    arc = float(np.degrees(measured.windows.arc[at])) if radii.source[at] == MEASURED else 0.0
+    lo, hi = _interval(radius, float(radii.error[at]), int(radii.source[at]))
+    return Trunk(2 * radius, lo, hi, arc, RADIUS_SOURCES[int(radii.source[at])], ground_z)
+
+
+def _interval(radius: float, error: float, source: int) -> tuple[float, float]:
+    """90 % interval of the diameter; on a logarithmic scale where only allometry knows it."""
+    if source == ALLOMETRIC:
+        factor = float(np.exp(WITHIN_90 * LOG_ERROR))
+        return 2 * radius / factor, 2 * radius * factor
+    error = max(error, GUESS * radius if source == PROPAGATED else 0.0)
+    return 2 * max(radius - WITHIN_90 * error, 0.0), 2 * (radius + WITHIN_90 * error)
 
 
 def _measured(radius: float, variance: float, spread: float, arc: float, ground_z: float) -> Trunk:

@@ -12,14 +12,15 @@ from scipy.spatial import ConvexHull
 from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent, set_foot
 from pipeline.cylinders.assembly import assemble, chosen_nodes
 from pipeline.cylinders.breast import breast_height
-from pipeline.cylinders.radii import Radii, smooth
+from pipeline.cylinders.measured import Measured, flags
+from pipeline.cylinders.radii import smooth
 from pipeline.cylinders.restructure import continue_anew, drop_hidden
 from pipeline.geometry.axes import Axes, axes_of
 from pipeline.geometry.estimates import NONE
 from pipeline.geometry.noise import range_noise
 from pipeline.geometry.smoothing import whittaker
 from pipeline.geometry.surface import Tubes, nearest_tube
-from pipeline.geometry.windows import Shared, Windows, measure, share_out
+from pipeline.geometry.windows import Windows, measure, share_out
 from pipeline.model import PointCloud, Skeleton, TreeModel
 from pipeline.options import Options
 
@@ -86,16 +87,15 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
         if number:
             axes = _recentre(axes, windows, options.stiffness)
         radii = smooth(axes, windows, min_arc=np.radians(options.min_arc_deg), crown_m=crown)
-        axes = axes.with_square(radii.square)
-        if number == options.rounds:
-            axes = set_foot(axes, shared)
+        axes = set_foot(axes.with_square(radii.square), shared)
         if number < options.rounds:
             axes = drop_hidden(axes, protrusion_m=options.protrusion_m + 2.0 * noise)
             if number == options.rounds - 1:
                 axes = continue_anew(axes, window_m=options.direction_window_m, step_m=options.step_m)
-            axes = anchor(set_foot(axes, shared), step_m=options.step_m)
+            axes = anchor(axes, step_m=options.step_m)
     axes = extend_tips(axes, shared, most_m=options.tip_m)
-    return _model(skeleton, (axes, shared, radii), noise, options)
+    spacing = float(cloud.metadata.get("spacing_m", 0.0))
+    return _model(skeleton, axes, Measured(shared, windows, radii), (noise, spacing), options)
 
 
 def _crown_diameter(xyz: Floats) -> float:
@@ -124,12 +124,13 @@ def _recentre(axes: Axes, windows: Windows, stiffness: float) -> Axes:
 
 def _model(
     skeleton: Skeleton,
-    fitted: tuple[Axes, Shared, Radii],
-    noise: float,
+    axes: Axes,
+    measured: Measured,
+    scale: tuple[float, float],
     options: CylinderOptions,
 ) -> TreeModel:
     """Simplify the fitted axes and put the tree model together."""
-    axes, shared, radii = fitted
+    (noise, spacing), radii = scale, measured.radii
     nodes = chosen_nodes(
         axes,
         share=options.tolerance_share,
@@ -140,11 +141,13 @@ def _model(
     body, parent = assemble(axes, nodes)
     known = {**skeleton.metadata, "noise_mm": 1000.0 * noise}
     ground = float(known.get("ground_z", axes.xyz[0, 2]))
-    trunk = breast_height(axes, shared, radii, noise, ground)
+    trunk = breast_height(axes, measured, noise, ground)
+    warnings = flags(axes, measured, spacing, ground)
+    known["flags"] = tuple(sorted({*known.get("flags", ()), *warnings}))
     graph = Skeleton(axes.xyz[body], parent.astype(np.int32), skeleton.origin, skeleton.crs)
     radius = np.maximum(axes.radius[body], options.min_radius_m)
     tree = TreeModel(graph, radius, radii.source[body], radii.error[body], trunk)
-    known["surface_mm"] = surface_distance(shared.xyz, tree)
+    known["surface_mm"] = surface_distance(measured.shared.xyz, tree)
     return TreeModel(graph, radius, radii.source[body], radii.error[body], trunk, known)
 
 

@@ -40,7 +40,7 @@ def _cache_folder() -> Path | None:
 
 _FOLDER = _cache_folder()
 if _FOLDER is not None:
-    numba.config.CACHE_DIR = str(_FOLDER)
+    numba.config.CACHE_DIR = str(_FOLDER)  # type: ignore[attr-defined]  # made at run time
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:

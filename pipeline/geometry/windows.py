@@ -157,7 +157,8 @@ def _measure(
         run = arcs[begin[b] : begin[b + 1]]
         for i in range(first[b], first[b + 1]):
             radius = np.sqrt(max(squares[i], 0.0))
-            low, high = _window(run, node_arc[i], max(window, min(radius, LONG_M)), max(3.0 * window, 2.0 * radius))
+            least, most = max(window, min(radius, LONG_M)), max(3.0 * window, 2.0 * radius)
+            low, high = _window(run, node_arc[i], least, most)
             count[i] = high - low
             if high - low < FEW:
                 continue

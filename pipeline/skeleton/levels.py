@@ -77,14 +77,25 @@ def joined_neighbours(xyz: Floats, neighbours: int) -> tuple[Ints, Ints]:
 def gabriel(xyz: Floats, near: Ints, pairs: Ints) -> Ints:
     """Drop the edges that a common neighbour makes needless.
 
-    Edge ij goes when a neighbour k of either lies in the ball over ij:
-    ``d_ik^2 + d_kj^2 < d_ij^2``.
+    Edge ij goes when a point k that is joined to both lies in the ball over ij:
+    ``d_ik^2 + d_kj^2 < d_ij^2``. The shorter way over k stays, so nothing falls apart.
 
     References
     ----------
     Gabriel & Sokal (1969), restricted to the neighbours of i and j.
     """
     return np.asarray(pairs[_gabriel(xyz, near, pairs)])
+
+
+@compiled
+def _joined(near: Ints, a: int, b: int) -> bool:
+    for k in near[a]:
+        if k == b:
+            return True
+    for k in near[b]:  # noqa: SIM110 (a generator does not compile)
+        if k == a:
+            return True
+    return False
 
 
 @compiled
@@ -95,7 +106,8 @@ def _gabriel(xyz: Floats, near: Ints, pairs: Ints) -> NDArray[np.bool_]:
         square = ((xyz[i] - xyz[j]) ** 2).sum()
         for end in range(2):
             for k in near[i if end == 0 else j]:
-                if k in (i, j):
+                far = j if end == 0 else i
+                if k == far or not _joined(near, k, far):
                     continue
                 total = 0.0
                 for d in range(3):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,13 +138,17 @@ def _adjust(axes: Axes, windows: Windows, noise: float) -> Axes:
 def _score(windows: Windows, smooth: Floats, noise: float) -> Floats:
     """0 to 1: how well a cylinder holds in every window, softly."""
     r = np.sqrt(np.maximum(windows.square, 1e-12))
-    ramp = lambda value, zero, one: np.clip((value - zero) / (one - zero), 0.0, 1.0)  # noqa: E731
     limit = np.minimum(np.maximum(2.4 * noise, 0.12 * r), 0.22 * r)
-    score = ramp(windows.arc / (2 * np.pi), 0.22, 0.44) * ramp(windows.spread / limit, 1.3, 0.8)
-    score *= ramp(r / noise, 3.0, 5.0) * ramp(r, 0.03, 0.05) * ramp(windows.count, 8, 16)
+    score = _ramp(windows.arc / (2 * np.pi), 0.22, 0.44) * _ramp(windows.spread / limit, 1.3, 0.8)
+    score *= _ramp(r / noise, 3.0, 5.0) * _ramp(r, 0.03, 0.05) * _ramp(windows.count, 8, 16)
     expected = np.sqrt(np.maximum(smooth, 0.0))
-    agrees = np.where(expected > 0, ramp(np.abs(r - expected) / np.maximum(expected, 1e-9), 0.5, 0.2), 1.0)
+    agrees = np.where(expected > 0, _ramp(np.abs(r - expected) / np.maximum(expected, 1e-9), 0.5, 0.2), 1.0)
     return np.asarray(score * agrees * (windows.kind == CYLINDER))
+
+
+def _ramp(value: NDArray[Any], zero: float, one: float) -> Floats:
+    """0 up to `zero`, 1 from `one` on, straight between (either may be the larger)."""
+    return np.asarray(np.clip((value - zero) / (one - zero), 0.0, 1.0))
 
 
 def _accept(axes: Axes, windows: Windows, noise: float) -> Axes | None:
