@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Literal
 
+import numpy as np
 from pydantic import Field
+from scipy.spatial import cKDTree
 
 from pipeline.model import PointCloud, Skeleton
 from pipeline.skeleton.geodesic import GeodesicOptions, by_geodesic
 from pipeline.skeleton.mst import MstOptions, by_mst
+
+DENSE_M = 0.05  # median distance of neighbouring points up to which slices of surface hold together
 
 
 class SkeletonOptions(MstOptions, GeodesicOptions):
@@ -43,7 +47,17 @@ def extract(cloud: PointCloud, *, options: SkeletonOptions | None = None) -> Ske
     options = options or SkeletonOptions()
     name, reason = options.method, "asked for"
     if name == "auto":
-        name, reason = "mst", "the one method for single trees so far"
+        name, reason = _choose(cloud)
     skeleton = METHODS[name](cloud, options)
     known = {**skeleton.metadata, "method": name, "method_reason": reason}
     return Skeleton(skeleton.xyz, skeleton.parent, skeleton.origin, skeleton.crs, known)
+
+
+def _choose(cloud: PointCloud) -> tuple[str, str]:
+    """Geodesic where the points lie close enough to show surfaces, else the spanning tree."""
+    spacing = cloud.metadata.get("spacing_m")
+    if spacing is None:
+        spacing = np.median(cKDTree(cloud.xyz).query(cloud.xyz, k=2)[0][:, 1])
+    if spacing <= DENSE_M:
+        return "geodesic", f"dense: points every {1000 * spacing:.0f} mm"
+    return "mst", f"sparse: points every {1000 * spacing:.0f} mm, too few to show surfaces"
