@@ -30,6 +30,7 @@ OTHER_CLASSES = (6, 9)  # building and water
 MAX_GROUND_DISTANCE_M = 20.0  # ground further from the foot says nothing about it
 LONE_M = 0.25  # a point this far below the others is not the tree's, unless the cloud is sparser:
 LONE_SPACINGS = 3.0  # then it is this many times the usual distance between neighbours
+STAND_M = 20.0
 DROPPED = ("duplicate", "invalid", "outlier", "clump", "ground", "leaf", "voxel")
 
 
@@ -210,11 +211,16 @@ def _in_one_piece(
     """Drop the parts that are not this tree's, and note what the others tell."""
     base = None if surface is None else float(surface.height(foot(tree.xyz)[None])[0])
     found = parts(tree.xyz, small_share=options.clump_share, base_z=base)
-    if found.several_stems:
+    if found.several_stems or _wider_than_a_tree(tree.xyz):
         tally.flags.add("several_stems")
     if found.floating:
         tally.flags.add("floating_parts")
     return tally.drop("clump", tree, found.clump)
+
+
+def _wider_than_a_tree(xyz: Floats) -> bool:
+    """Whether the points are wider than high, and wider than single trees are: a stand, not a tree."""
+    return bool(len(xyz)) and np.ptp(xyz[:, :2], axis=0).min() > max(STAND_M, np.ptp(xyz[:, 2]))
 
 
 def _described(tree: PointCloud, surface: Ground | None, source: str, tally: _Tally) -> PointCloud:

@@ -126,8 +126,16 @@ def _placed(header: laspy.LasHeader, columns: Columns, origin: Floats | None) ->
         low = [values.min(initial=2**31 - 1) for values in stored]
         origin = whole_metres_below((np.array(low) * header.scales + header.offsets)[np.newaxis])
     shift = header.offsets - origin
-    xyz = np.column_stack([v * s + d for v, s, d in zip(stored, header.scales, shift, strict=True)])
+    xyz = np.column_stack([_scaled(v, s) + d for v, s, d in zip(stored, header.scales, shift, strict=True)])
     return PointCloud(xyz, origin, attributes=columns)
+
+
+def _scaled(stored: NDArray[np.int32], scale: float) -> Floats:
+    """Stored integers in metres; decimal scales divide, so that 0.1 is the number nearest to 0.1."""
+    parts = float(round(1.0 / scale)) if scale > 0 else 0.0
+    if parts > 0 and abs(parts * scale - 1.0) < 1e-12:
+        return np.asarray(stored / parts)
+    return np.asarray(stored * scale)
 
 
 def _crs(header: laspy.LasHeader) -> str | None:

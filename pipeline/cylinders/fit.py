@@ -7,16 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, cKDTree
 
 from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent, set_foot
 from pipeline.cylinders.assembly import assemble, chosen_nodes
 from pipeline.cylinders.breast import breast_height
+from pipeline.cylinders.crown import LEAFY, SPARSE_M, Crown
 from pipeline.cylinders.measured import Measured, flags
 from pipeline.cylinders.radii import smooth
 from pipeline.cylinders.restructure import continue_anew, drop_hidden
 from pipeline.geometry.axes import Axes, axes_of
 from pipeline.geometry.estimates import NONE
+from pipeline.geometry.linearity import linear_share
 from pipeline.geometry.noise import range_noise
 from pipeline.geometry.smoothing import whittaker
 from pipeline.geometry.surface import Tubes, nearest_tube
@@ -28,6 +30,7 @@ Floats = NDArray[np.float64]
 
 FIRST_NOISE_M = 0.002
 CENTRE_M = 0.01  # a centre known to this has half the weight of a perfect one
+MICROMETRE = 6  # decimals that nodes are kept to, so that a file gives back the same numbers
 UNSEEN = 0.05  # weight of a node that no window moves: it holds its place unless its neighbours insist
 
 
@@ -79,14 +82,14 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
     options = options or CylinderOptions()
     xyz = np.ascontiguousarray(cloud.xyz + (cloud.origin - skeleton.origin))
     axes, noise = axes_of(skeleton, options.step_m), FIRST_NOISE_M
-    crown = _crown_diameter(xyz)
+    crown = _crown(cloud, xyz)
     for number in range(options.rounds + 1):
         shared = share_out(xyz, axes)
         windows = _outside(axes, measure(axes, shared, noise, options.window_m))
         noise = range_noise(windows, noise)
         if number:
             axes = _recentre(axes, windows, options.stiffness)
-        radii = smooth(axes, windows, min_arc=np.radians(options.min_arc_deg), crown_m=crown)
+        radii = smooth(axes, windows, min_arc=np.radians(options.min_arc_deg), crown=crown)
         axes = set_foot(axes.with_square(radii.square), shared)
         if number < options.rounds:
             axes = drop_hidden(axes, protrusion_m=options.protrusion_m + 2.0 * noise)
@@ -94,13 +97,20 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
                 axes = continue_anew(axes, window_m=options.direction_window_m, step_m=options.step_m)
             axes = anchor(axes, step_m=options.step_m)
     axes = extend_tips(axes, shared, most_m=options.tip_m)
-    spacing = float(cloud.metadata.get("spacing_m", 0.0))
-    return _model(skeleton, axes, Measured(shared, windows, radii), (noise, spacing), options)
+    return _model(skeleton, axes, Measured(shared, windows, radii, crown), noise, options)
 
 
-def _crown_diameter(xyz: Floats) -> float:
-    """Diameter in metres of the circle with the area of the points' convex hull in plan."""
-    return float(2.0 * np.sqrt(ConvexHull(xyz[:, :2]).volume / np.pi))
+def _crown(cloud: PointCloud, xyz: Floats) -> Crown:
+    """Width of the crown, and whether its points show bark."""
+    lines = linear_share(xyz)
+    spacing = cloud.metadata.get("spacing_m")
+    if spacing is None:
+        spacing = np.median(cKDTree(xyz).query(xyz, k=2)[0][:, 1])
+    return Crown(
+        diameter_m=float(2.0 * np.sqrt(ConvexHull(xyz[:, :2]).volume / np.pi)),
+        leafy=lines is not None and lines < LEAFY,
+        sparse=float(spacing) > SPARSE_M,
+    )
 
 
 def _outside(axes: Axes, windows: Windows) -> Windows:
@@ -126,25 +136,26 @@ def _model(
     skeleton: Skeleton,
     axes: Axes,
     measured: Measured,
-    scale: tuple[float, float],
+    noise: float,
     options: CylinderOptions,
 ) -> TreeModel:
     """Simplify the fitted axes and put the tree model together."""
-    (noise, spacing), radii = scale, measured.radii
-    nodes = chosen_nodes(
+    radii = measured.radii
+    chosen = chosen_nodes(
         axes,
         share=options.tolerance_share,
         radius_share=options.radius_share,
         floor_m=0.35 * noise,
         cap_m=max(options.tolerance_cap_m, 0.8 * noise),
     )
-    body, parent = assemble(axes, nodes)
+    body, parent = assemble(axes, chosen)
     known = {**skeleton.metadata, "noise_mm": 1000.0 * noise}
     ground = float(known.get("ground_z", axes.xyz[0, 2]))
     trunk = breast_height(axes, measured, noise, ground)
-    warnings = flags(axes, measured, spacing, ground)
+    warnings = flags(axes, measured, ground)
     known["flags"] = tuple(sorted({*known.get("flags", ()), *warnings}))
-    graph = Skeleton(axes.xyz[body], parent.astype(np.int32), skeleton.origin, skeleton.crs)
+    nodes = np.round(axes.xyz[body], MICROMETRE)
+    graph = Skeleton(nodes, parent.astype(np.int32), skeleton.origin, skeleton.crs)
     radius = np.maximum(axes.radius[body], options.min_radius_m)
     tree = TreeModel(graph, radius, radii.source[body], radii.error[body], trunk)
     known["surface_mm"] = surface_distance(measured.shared.xyz, tree)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.cylinders.crown import Crown
 from pipeline.cylinders.radii import Radii
 from pipeline.geometry.axes import Axes
 from pipeline.geometry.estimates import CYLINDER
@@ -13,7 +14,6 @@ from pipeline.geometry.windows import Shared, Windows
 from pipeline.model import MEASURED
 
 ONE_SIDE = np.radians(240.0)
-SPARSE_M = 0.05
 FORK_M = 1.3
 
 
@@ -26,14 +26,16 @@ class Measured:
     shared : Shared
     windows : Windows
     radii : Radii
+    crown : Crown
     """
 
     shared: Shared
     windows: Windows
     radii: Radii
+    crown: Crown
 
 
-def flags(axes: Axes, measured: Measured, spacing_m: float, ground_z: float) -> tuple[str, ...]:
+def flags(axes: Axes, measured: Measured, ground_z: float) -> tuple[str, ...]:
     """Warnings about a tree, sorted.
 
     Parameters
@@ -41,8 +43,6 @@ def flags(axes: Axes, measured: Measured, spacing_m: float, ground_z: float) -> 
     axes : Axes
         With the final radii.
     measured : Measured
-    spacing_m : float
-        Median distance between neighbouring points, metres.
     ground_z : float
         Height of the ground, relative to the origin.
     """
@@ -54,8 +54,10 @@ def flags(axes: Axes, measured: Measured, spacing_m: float, ground_z: float) -> 
         found.append("no_trunk")
     if len(fitted) and np.median(measured.windows.arc[fitted]) < ONE_SIDE:
         found.append("one_sided")
-    if spacing_m > SPARSE_M:
+    if measured.crown.sparse:
         found.append("sparse")
+    if measured.crown.leafy:
+        found.append("leafy")
     if _forked_low(axes, ground_z):
         found.append("several_stems")
     return tuple(sorted(found))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.cylinders.allometry import allometric_diameter
+from pipeline.cylinders.crown import Crown
 from pipeline.geometry.axes import Axes
 from pipeline.geometry.compiled import compiled
 from pipeline.geometry.estimates import CYLINDER, MOMENTS, NONE
@@ -21,7 +22,6 @@ Ints = NDArray[np.int64]
 REWEIGHTS = 3
 PIPE = 1.0  # a branch's cross-section follows the length that it carries (pipe model)
 WEAK = 0.25  # evidence below which a window does not count as bark
-BOUND = 3.0  # how far beyond the pipe model such a window may go (in cross-section)
 SLIM_M = 0.015  # radii below this are left alone
 GUESS = 0.3  # relative standard error of a radius that no points support
 
@@ -45,13 +45,13 @@ class Radii:
     error: Floats
 
 
-def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown_m: float) -> Radii:
+def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown: Crown) -> Radii:
     """Fit falling squared radii to the windows of every branch, from the stem outwards.
 
-    Where the points do not look like a shell of bark, the pipe model sets a bound: the
-    cross-section of the lower stem, shared out by the length that each part carries. A branch
-    without any window tapers from its share of the parent's cross-section. Where not even the
-    lower stem is measured, allometry gives its diameter.
+    Where leaves or sparse points hide the bark, the pipe model stands in for windows that do not
+    look like a shell: the cross-section of the lower stem, shared out by the length that each part
+    carries. A branch without any window tapers from its share of the parent's cross-section. Where
+    not even the lower stem is measured, allometry gives its diameter.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown_m: float) -> R
     windows : Windows
     min_arc : float
         Least arc, in radians, for a cylinder to count as measured.
-    crown_m : float
-        Diameter of the crown, metres, for the allometry.
+    crown : Crown
+        Its diameter serves the allometry; where it does not show bark, the pipe model sets bounds.
 
     References
     ----------
@@ -70,16 +70,18 @@ def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown_m: float) -> R
     usable = (windows.kind != NONE) & (windows.variance > 0) & np.isfinite(windows.variance)
     square, weight = np.zeros(count), np.zeros(count)
     carried = _carried(axes)
-    stem, is_measured = _lower_stem(axes, windows, crown_m)
+    stem, is_measured = _lower_stem(axes, windows, crown.diameter_m)
     pipe = stem * carried / max(carried[0], 1e-9)
-    loose = usable & (windows.evidence < WEAK) & (windows.square > np.maximum(BOUND * pipe, SLIM_M**2))
-    value = np.where(loose, np.maximum(BOUND * pipe, SLIM_M**2), windows.square)
+    # leaves and sparse points are wider than the wood: there the pipe model stands in for them
+    loose = usable & (windows.evidence < WEAK) & (windows.square > np.maximum(pipe, SLIM_M**2))
+    loose &= not crown.shows_bark
+    value = np.where(loose, np.maximum(pipe, SLIM_M**2), windows.square)
     # No branch is round to better than some hundredths of its radius.
     variance = windows.variance + (0.02 * value) ** 2 + 1e-12
     variance = variance + np.where(loose, value**2, 0.0)
     if not is_measured:
         usable = usable & (windows.evidence >= WEAK)
-        square[0] = stem
+        usable[: int(axes.first[1])] = False
     _smooth(axes.first, axes.foot, carried, (value, variance, usable), (square, weight), stem)
     wide_enough = (windows.arc >= min_arc) | (windows.kind == MOMENTS)
     seen = usable & wide_enough & (windows.evidence >= WEAK) & (weight > 0.2)

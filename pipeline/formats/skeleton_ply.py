@@ -102,7 +102,8 @@ def read(path: str | os.PathLike[str]) -> Skeleton | TreeModel:
         known = known or {}
         crs = known.get("crs") or _comment(ply, "crs")
         held = known.get("skeleton", known.get("metadata", {}))
-        skeleton = Skeleton(world[node] - offset, parent, offset, crs, held)
+        # national coordinates cost the last bits; nodes that were whole micrometres are so again
+        skeleton = Skeleton(np.round(world[node] - offset, 9), parent, offset, crs, held)
         if "radius" not in vertex:
             return skeleton
         count = len(skeleton)
@@ -127,14 +128,19 @@ def _comments(value: Skeleton | TreeModel, skeleton: Skeleton) -> list[str]:
     crs = skeleton.crs
     lines = ["units m", *([f"crs {crs}"] if crs and crs.isascii() and len(crs.split()) == 1 else [])]
     lines.append("offset " + " ".join(map(repr, skeleton.origin.tolist())))
-    known: dict[str, Any] = {"crs": crs, "metadata": value.metadata}
+    known: dict[str, Any] = {"crs": crs, "metadata": _of_the_tree(value.metadata)}
     if isinstance(value, TreeModel):
-        known |= {"skeleton": skeleton.metadata, "trunk": trunk_to_plain(value.trunk)}
+        known |= {"skeleton": _of_the_tree(skeleton.metadata), "trunk": trunk_to_plain(value.trunk)}
     text = to_json(known)
     width = COMMENT_WIDTH - len(MARK)
     return [line[:COMMENT_WIDTH] for line in lines] + [
         MARK + text[k : k + width] for k in range(0, len(text), width)
     ]
+
+
+def _of_the_tree(metadata: Mapping[str, Any]) -> dict[str, Any]:
+    """Leave out which file the points came from: the same points give the same bytes."""
+    return {key: known for key, known in metadata.items() if key != "source"}
 
 
 def _tables(ply: Ply) -> tuple[dict[str, NDArray[Any]], NDArray[np.int64]]:

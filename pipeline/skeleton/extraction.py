@@ -13,6 +13,7 @@ from pipeline.model import PointCloud, Skeleton
 from pipeline.skeleton.geodesic import GeodesicOptions, by_geodesic
 from pipeline.skeleton.mst import MstOptions, by_mst
 
+MICROMETRE = 6  # decimals that nodes are kept to, so that a file gives back the same numbers
 DENSE_M = 0.05  # median distance of neighbouring points up to which slices of surface hold together
 
 
@@ -45,12 +46,13 @@ def extract(cloud: PointCloud, *, options: SkeletonOptions | None = None) -> Ske
         Numbered path by path; its metadata tells the method and the reason for it.
     """
     options = options or SkeletonOptions()
-    name, reason = options.method, "asked for"
+    name: str = options.method
+    reason = "asked for"
     if name == "auto":
         name, reason = _choose(cloud)
     skeleton = METHODS[name](cloud, options)
     known = {**skeleton.metadata, "method": name, "method_reason": reason}
-    return Skeleton(skeleton.xyz, skeleton.parent, skeleton.origin, skeleton.crs, known)
+    return Skeleton(np.round(skeleton.xyz, MICROMETRE), skeleton.parent, skeleton.origin, skeleton.crs, known)
 
 
 def _choose(cloud: PointCloud) -> tuple[str, str]:
@@ -60,4 +62,4 @@ def _choose(cloud: PointCloud) -> tuple[str, str]:
         spacing = np.median(cKDTree(cloud.xyz).query(cloud.xyz, k=2)[0][:, 1])
     if spacing <= DENSE_M:
         return "geodesic", f"dense: points every {1000 * spacing:.0f} mm"
-    return "mst", f"sparse: points every {1000 * spacing:.0f} mm, too few to show surfaces"
+    return "mst", f"sparse: points every {1000 * spacing:.0f} mm, too few to show surfaces; shortest paths"

@@ -28,6 +28,7 @@ from pipeline.skeleton.rooted import (
 from pipeline.skeleton.simplification import merge_siblings, simplify
 
 Floats = NDArray[np.float64]
+SPARSE_M = 0.05  # spacing beyond which a minimum spanning tree wanders between branches
 DELAUNAY_LIMIT = 20_000  # nodes; beyond it qhull is most of the run time
 
 
@@ -37,8 +38,10 @@ class MstOptions(Options):
     graph: Literal["auto", "delaunay", "knn"] = Field(
         "auto", description="neighbour graph: delaunay, knn, or auto (delaunay for small clouds)"
     )
-    tree: Literal["mst", "shortest-path"] = Field(
-        "mst", description="tree over the graph: minimum spanning tree, or shortest paths from the root"
+    tree: Literal["auto", "mst", "shortest-path"] = Field(
+        "auto",
+        description="tree over the graph: mst (minimum spanning tree), shortest-path (from the root), or auto"
+        " (shortest paths where the points are sparse)",
     )
     neighbours: int = Field(8, ge=2, le=64, description="neighbours per point in the knn graph")
     resolution_m: float = Field(0.01, gt=0, le=1, description="points are thinned to this spacing, metres")
@@ -123,7 +126,8 @@ def _grow(xyz: Floats, options: MstOptions) -> Rooted:
         raise NotATreeError(msg)
     graph = _graph(nodes, options)
     root = find_root(nodes, thickness, support)
-    walk = by_minimum_spanning_tree if options.tree == "mst" else by_shortest_paths
+    short = options.tree == "shortest-path" or (options.tree == "auto" and spacing > SPARSE_M)
+    walk = by_shortest_paths if short else by_minimum_spanning_tree
     return arrange(*walk(graph, root), nodes, thickness, support)
 
 

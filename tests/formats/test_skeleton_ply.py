@@ -52,7 +52,7 @@ def test_a_tree_comes_back_whole(tree: TreeModel, tmp_path: Path, ascii: bool) -
     assert again.trunk == tree.trunk
     assert again.skeleton.crs == "EPSG:28992"
     assert again.skeleton.metadata == tree.skeleton.metadata
-    assert again.metadata["source"] == tree.metadata["source"]
+    assert "source" not in again.metadata  # the same points give the same bytes, whatever their file
     assert again.metadata["flags"] == ("sparse",)
     assert again.metadata["dropped"] == {"voxel": 7}
     assert again.metadata["surface_mm"] == {"mean": 2.5, "p95": None}

@@ -1,0 +1,108 @@
+"""Options that several commands share, each written once."""
+
+from __future__ import annotations
+
+import functools
+import logging
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import click
+
+from pipeline.cli.logs import start_logging
+from pipeline.errors import OutputExistsError, UsageError
+
+if TYPE_CHECKING:
+    from pipeline.config import Config
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+FILE = click.Path(path_type=Path)
+
+overwrite = click.option("--overwrite", is_flag=True, help="Write over results that are there.")
+formats = click.option("--formats", metavar="LIST", help="Comma list of formats.")
+method = click.option("--method", metavar="NAME", help="Skeleton method, the setting skeleton.method.")
+ground = click.option(
+    "--ground", type=FILE, metavar="FILE", help="Points of the ground, where they are apart."
+)
+as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+
+
+def output(example: str) -> Callable[[Command], Command]:
+    """Add -o, the file to be written."""
+    return click.option("-o", "--output", "target", type=FILE, required=True, help=f"Result, {example}.")
+
+
+def settings(function: Command) -> Command:
+    """Add --config, --preset and --set; the function gets a Config as `config`."""
+
+    @functools.wraps(function)
+    def with_config(
+        *args: Any, config: Path | None, preset: str | None, setting: Sequence[str], **rest: Any
+    ) -> Any:
+        return function(*args, config=_config(config, preset, setting), **rest)
+
+    options = (
+        click.option("--config", type=FILE, metavar="F", help="TOML file of settings."),
+        click.option("--preset", metavar="NAME", help="Settings that ship with treepipe; below --config."),
+        click.option("--set", "setting", multiple=True, metavar="KEY=VALUE", help="One setting; above all."),
+    )
+    return cast("Command", _all(options, with_config))
+
+
+def messages(function: Command) -> Command:
+    """Add -v, -q and --log; the function gets neither, its messages go where they should."""
+
+    @functools.wraps(function)
+    def with_messages(*args: Any, verbose: bool, quiet: bool, log: Path | None, **rest: Any) -> Any:
+        if verbose and quiet:
+            msg = "-v and -q exclude each other; give one of them"
+            raise UsageError(msg)
+        click.get_current_context().meta.update(verbose=verbose, quiet=quiet)
+        start_logging(logging.INFO if verbose else logging.ERROR if quiet else logging.WARNING, log)
+        return function(*args, **rest)
+
+    options = (
+        click.option(
+            "-v", "--verbose", is_flag=True, help="Say more; show where unexpected errors come from."
+        ),
+        click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors."),
+        click.option("--log", type=FILE, metavar="FILE", help="Append messages to a file, too."),
+    )
+    return cast("Command", _all(options, with_messages))
+
+
+def with_method(config: Config, name: str | None) -> Config:
+    """Return the config with another skeleton method, where one is named."""
+    return config.with_settings([f"skeleton.method={name}"]) if name is not None else config
+
+
+def check_target(target: Path, suffixes: Sequence[str], *, overwrite: bool) -> None:
+    """Make sure that a result has the right suffix and overwrites nothing unasked.
+
+    Raises
+    ------
+    UsageError
+        If the suffix is none of `suffixes`.
+    OutputExistsError
+        If the file exists and `overwrite` is False.
+    """
+    if not target.name.lower().endswith(tuple(suffixes)):
+        msg = f"{target}: the suffix does not fit; end the name in {' or '.join(suffixes)}"
+        raise UsageError(msg)
+    if target.exists() and not overwrite:
+        msg = f"{target}: exists already; add --overwrite or give another name with -o"
+        raise OutputExistsError(msg)
+
+
+def _config(file: Path | None, preset: str | None, setting: Sequence[str]) -> Config:
+    from pipeline.config import read_config
+
+    return read_config(file, preset=preset, settings=setting)
+
+
+def _all(options: Sequence[Callable[[Any], Any]], function: Any) -> Any:
+    for option in reversed(options):
+        function = option(function)
+    return function

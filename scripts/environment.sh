@@ -1,0 +1,53 @@
+# Sourced by demo and test: goes to the project's root and defines `prepare`, which makes .venv.
+
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+say() { printf '%s\n' "$*" >&2; }
+
+# The first Python >= 3.11; the variable PYTHON names another one.
+python() {
+    local candidate
+    for candidate in ${PYTHON:-python3 python3.13 python3.12 python3.11}; do
+        if "$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
+            printf '%s' "$candidate"
+            return
+        fi
+    done
+    say "No Python >= 3.11 is found (${PYTHON:-python3}); install one, or name it: PYTHON=/path/to/python3 $0"
+    return 1
+}
+
+# Pictures are drawn with libGL and libEGL; without them everything else works.
+graphics() {
+    local library packages=()
+    for library in libGL.so.1:libgl1 libEGL.so.1:libegl1; do
+        if ! ldconfig -p 2>/dev/null | grep -q "${library%%:*}"; then packages+=("${library##*:}"); fi
+    done
+    if [ "$(uname)" != Linux ] || [ ${#packages[@]} -eq 0 ]; then return; fi
+    local as_root=()
+    if [ "$(id -u)" -ne 0 ]; then as_root=(sudo -n); fi
+    if command -v apt-get >/dev/null && { [ "$(id -u)" -eq 0 ] || sudo -n true 2>/dev/null; }; then
+        say "Installing ${packages[*]} (for pictures)"
+        if "${as_root[@]}" apt-get update -q >&2 &&
+            "${as_root[@]}" apt-get install -qy --no-install-recommends "${packages[@]}" >&2; then return; fi
+    fi
+    say "There will be no pictures: run  sudo apt-get install ${packages[*]}"
+}
+
+# prepare EXTRA: installs treepipe with that extra ("" for none), unless it has been done before.
+prepare() {
+    local extra=$1 stamp wanted
+    stamp=.venv/.treepipe${extra:+-$extra}
+    wanted=$(cat pyproject.toml setup.py | sha256sum)
+    if [ -x .venv/bin/python ] && [ "$(cat "$stamp" 2>/dev/null)" = "$wanted" ]; then return; fi
+    if [ ! -x .venv/bin/python ]; then
+        local found
+        found=$(python)
+        say "Making .venv with $found"
+        "$found" -m venv .venv
+    fi
+    say "Installing treepipe${extra:+ with the extra $extra} into .venv"
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check -e ".${extra:+[$extra]}" >&2
+    graphics
+    printf '%s\n' "$wanted" >"$stamp"
+}

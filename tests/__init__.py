@@ -1,0 +1,1 @@
+"""Tests of treepipe; they mirror the package."""

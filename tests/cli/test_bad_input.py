@@ -1,0 +1,162 @@
+"""What a user gives by mistake: one line that names the file and the remedy, and the right exit code."""
+
+from __future__ import annotations
+
+import errno
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+LINE = np.linspace([0, 0, 0], [1, 2, 5], 200)
+PLANE = np.column_stack([np.tile(np.arange(15), 15), np.repeat(np.arange(15), 15), np.zeros(225)]) / 10
+
+
+def save(path: Path, points) -> Path:
+    np.savetxt(path, points, fmt="%.4f")
+    return path
+
+
+def complaint(result, code: int) -> str:
+    """Return the one line on stderr."""
+    assert result.exit_code == code, result.output
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1, result.stderr
+    assert lines[0].startswith("treepipe: ")
+    assert "Traceback" not in result.output
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "points", "words"),
+    [
+        ("one", LINE[:1], "1 point usable of 1"),
+        ("two", LINE[:2], "2 points usable of 2"),
+        ("three", LINE[:3], "3 points usable of 3"),
+        ("equal", np.tile(LINE[3], (50, 1)), "come down to one place"),
+        ("collinear", LINE, "on one line"),
+        ("coplanar", PLANE, "in one plane"),
+        ("nan", np.full((50, 3), np.nan), "0 points usable of 50"),
+        ("inf", np.full((50, 3), np.inf), "0 points usable of 50"),
+    ],
+)
+def test_points_that_are_no_tree(run, tmp_path, name, points, words):
+    cloud = save(tmp_path / f"{name}.xyz", points)
+    line = complaint(run(cloud), 1)
+    assert str(cloud) in line
+    assert words in line
+    assert ";" in line
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert [entry["status"] for entry in summary["inputs"]] == ["failed"]
+    assert f"treepipe: {summary['inputs'][0]['error']}" == line
+
+
+def test_more_than_one_tree_can_be(run, tmp_path, points):
+    cloud = save(tmp_path / "wide.xyz", np.vstack([points, points + [150, 20, 0]]))
+    assert "treepipe batch" in complaint(run(cloud), 1)
+
+
+def test_a_missing_file(run, tmp_path):
+    assert "no such file" in complaint(run(tmp_path / "gone.xyz"), 1)
+
+
+@pytest.mark.parametrize("name", ["a.xyz", "a.laz", "a.ply", "a.pcd"])
+def test_an_empty_file(run, tmp_path, name):
+    (tmp_path / name).touch()
+    assert "(0 bytes)" in complaint(run(tmp_path / name), 1)
+
+
+def test_a_file_without_points(run, tmp_path):
+    (tmp_path / "a.xyz").write_text("# x y z\n")
+    assert "a.xyz" in complaint(run(tmp_path / "a.xyz"), 1)
+
+
+def test_a_folder_without_clouds(run, tmp_path):
+    folder = tmp_path / "nothing"
+    folder.mkdir()
+    line = complaint(run(folder), 1)
+    assert str(folder) in line
+    assert "no point clouds" in line
+
+
+def test_a_wrong_suffix_is_found_before_any_work(run, tmp_path, sapling):
+    (tmp_path / "a.doc").write_text("1 2 3")
+    assert "convert it" in complaint(run(sapling, tmp_path / "a.doc"), 2)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_truncated_laz(run, tmp_path, samples):
+    whole = samples / "maple.laz"
+    if not whole.is_file():
+        pytest.skip("data/samples is not made; run scripts/make_samples.py")
+    (tmp_path / "a.laz").write_bytes(whole.read_bytes()[:20000])
+    assert str(tmp_path / "a.laz") in complaint(run(tmp_path / "a.laz"), 1)
+
+
+def test_text_in_a_column_of_numbers(run, tmp_path):
+    (tmp_path / "a.xyz").write_text("1 2 3\n4 five 6\n7 8 9\n")
+    assert str(tmp_path / "a.xyz") in complaint(run(tmp_path / "a.xyz"), 1)
+
+
+def test_single_points_that_are_not_finite_are_dropped(run, tmp_path, points):
+    spoilt = points.copy()
+    spoilt[5], spoilt[9, 2] = np.nan, np.inf
+    assert run(save(tmp_path / "a.xyz", spoilt)).exit_code == 0
+    assert json.loads((tmp_path / "out" / "a" / "report.json").read_text())["dropped"]["invalid"] == 2
+
+
+def test_what_fails_does_not_stop_the_rest(run, tmp_path, sapling):
+    result = run(tmp_path / "gone.xyz", sapling)
+    complaint(result, 1)
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert [entry["status"] for entry in summary["inputs"]] == ["failed", "ok"]
+    assert (summary["ok"], summary["failed"]) == (1, 1)
+    assert (tmp_path / "out" / "sapling" / "report.json").is_file()
+    assert "1 of 2 done, 1 failed" in result.stdout
+
+
+def test_an_unexpected_error_is_one_line_and_no_traceback(run, tmp_path, sapling, monkeypatch):
+    def broken(*_arguments):
+        return 1 / 0
+
+    monkeypatch.setattr("pipeline.jobs.reconstruction.reconstruct", broken)
+    line = complaint(run(sapling), 1)
+    assert "unexpected ZeroDivisionError" in line
+    assert "-v" in line
+    assert "Traceback" in run(sapling, "-v", "--overwrite").stderr
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["failed"] == 1
+
+
+def test_a_file_where_the_folder_should_be(run, tmp_path, sapling):
+    (tmp_path / "out").write_text("")
+    line = complaint(run(sapling, "--overwrite"), 1)
+    assert str(tmp_path / "out") in line
+    assert "--out" in line
+
+
+def test_a_file_where_the_folder_of_a_tree_should_be(run, tmp_path, sapling):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "sapling").write_text("")
+    assert str(tmp_path / "out" / "sapling") in complaint(run(sapling, "--overwrite"), 1)
+
+
+def test_a_full_disk_leaves_no_half_written_file(run, tmp_path, sapling, monkeypatch):
+    plain = Path.replace
+
+    def full(self, target):
+        if Path(target).name.endswith(".city.json"):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return plain(self, target)
+
+    monkeypatch.setattr(Path, "replace", full)
+    line = complaint(run(sapling), 1)
+    assert "No space left on device" in line
+    assert "free space" in line
+    names = {path.name for path in (tmp_path / "out" / "sapling").iterdir()}
+    assert names == {"sapling.ls.json"}
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["failed"] == 1
+
+
+def test_a_missing_ground_file(run, tmp_path, sapling):
+    assert "--ground" in complaint(run(sapling, "--ground", tmp_path / "gone.laz"), 1)
