@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,22 +15,42 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-def chosen_nodes(axes: Axes, *, share: float, radius_share: float, floor_m: float, cap_m: float) -> Ints:
-    """Nodes that stay after Douglas-Peucker on position and radius; feet of branches always do.
+@dataclass(frozen=True)
+class Tolerance:
+    """How far the final nodes may leave the dense ones.
+
+    Parameters
+    ----------
+    share, radius_share : float
+        Tolerances of position and radius as shares of the local radius.
+    floor_m, cap_m, radius_cap_m : float
+        Least and largest tolerances, metres.
+    """
+
+    share: float
+    radius_share: float
+    floor_m: float
+    cap_m: float
+    radius_cap_m: float
+
+
+def chosen_nodes(axes: Axes, tolerance: Tolerance, always: Ints) -> Ints:
+    """Nodes that stay after Douglas-Peucker on position and radius.
 
     Parameters
     ----------
     axes : Axes
-    share, radius_share : float
-        Tolerances of position and radius as shares of the local radius.
-    floor_m, cap_m : float
-        Least and largest tolerance, metres.
+    tolerance : Tolerance
+    always : (K,) array of int
+        Nodes that stay in any case, as the feet of branches do.
     """
     keep = np.zeros(len(axes.xyz), dtype=bool)
     keep[axes.foot[1:]] = True
+    keep[always] = True
     radius = axes.radius
-    place = np.clip(share * radius, floor_m, cap_m)
-    width = np.clip(radius_share * radius, floor_m, cap_m)
+    floor, cap = tolerance.floor_m, max(tolerance.floor_m, tolerance.cap_m)
+    place = np.clip(tolerance.share * radius, floor, cap)
+    width = np.clip(tolerance.radius_share * radius, floor, max(floor, tolerance.radius_cap_m))
     for b in range(len(axes.foot)):
         low, high = int(axes.first[b]), int(axes.first[b + 1])
         stops = np.flatnonzero(keep[low:high]) + low

@@ -24,6 +24,13 @@ WITHIN_90 = 1.645
 OUT_OF_ROUND = 0.004
 
 
+def around_breast_height(axes: Axes, ground_z: float) -> NDArray[np.int64]:
+    """The stem's nodes just below and above breast height, so that the model shows its diameter."""
+    height = axes.xyz[int(axes.first[0]) : int(axes.first[1]), 2] - ground_z
+    above = np.flatnonzero(height >= BREAST_M)
+    return np.unique(np.maximum(above[:1] - [[1], [0]], 0)).astype(np.int64)
+
+
 def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float) -> Trunk:
     """Diameter of the stem 1.3 m above the ground, with its 90 % interval and arc.
 

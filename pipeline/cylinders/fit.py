@@ -10,8 +10,8 @@ from pydantic import Field
 from scipy.spatial import ConvexHull, cKDTree
 
 from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent, set_foot
-from pipeline.cylinders.assembly import assemble, chosen_nodes
-from pipeline.cylinders.breast import breast_height
+from pipeline.cylinders.assembly import Tolerance, assemble, chosen_nodes
+from pipeline.cylinders.breast import around_breast_height, breast_height
 from pipeline.cylinders.crown import LEAFY, SPARSE_M, Crown
 from pipeline.cylinders.measured import Measured, flags
 from pipeline.cylinders.radii import smooth
@@ -56,6 +56,7 @@ class CylinderOptions(Options):
     )
     radius_share: float = Field(0.08, ge=0, le=2, description="tolerance of radii as a share of the radius")
     tolerance_cap_m: float = Field(0.006, gt=0, le=1, description="largest tolerance of nodes, metres")
+    radius_cap_m: float = Field(0.001, gt=0, le=1, description="largest tolerance of radii, metres")
     min_radius_m: float = Field(0.003, gt=0, le=0.1, description="least radius in the model, metres")
 
 
@@ -141,16 +142,17 @@ def _model(
 ) -> TreeModel:
     """Simplify the fitted axes and put the tree model together."""
     radii = measured.radii
-    chosen = chosen_nodes(
-        axes,
+    tolerance = Tolerance(
         share=options.tolerance_share,
         radius_share=options.radius_share,
         floor_m=0.35 * noise,
         cap_m=max(options.tolerance_cap_m, 0.8 * noise),
+        radius_cap_m=options.radius_cap_m,
     )
-    body, parent = assemble(axes, chosen)
     known = {**skeleton.metadata, "noise_mm": 1000.0 * noise}
     ground = float(known.get("ground_z", axes.xyz[0, 2]))
+    chosen = chosen_nodes(axes, tolerance, around_breast_height(axes, ground))
+    body, parent = assemble(axes, chosen)
     trunk = breast_height(axes, measured, noise, ground)
     warnings = flags(axes, measured, ground)
     known["flags"] = tuple(sorted({*known.get("flags", ()), *warnings}))

@@ -23,6 +23,9 @@ REWEIGHTS = 3
 PIPE = 1.0  # a branch's cross-section follows the length that it carries (pipe model)
 WEAK = 0.25  # evidence below which a window does not count as bark
 SLIM_M = 0.015  # radii below this are left alone
+LEARN = 30  # nodes that it takes to learn the tree's habit
+HABIT = 0.35  # relative spread of radii about that habit
+CARRIED_M = 0.05  # a tip carries something too
 GUESS = 0.3  # relative standard error of a radius that no points support
 
 
@@ -77,8 +80,14 @@ def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown: Crown) -> Rad
     loose &= not crown.shows_bark
     value = np.where(loose, np.maximum(pipe, SLIM_M**2), windows.square)
     # No branch is round to better than some hundredths of its radius.
-    variance = windows.variance + (0.02 * value) ** 2 + 1e-12
+    variance = np.where(usable, windows.variance, 0.0) + (0.02 * value) ** 2 + 1e-12
     variance = variance + np.where(loose, value**2, 0.0)
+    expected = expected_square(axes, (value, variance, usable & ~loose), carried)
+    if expected is not None:
+        spread = (2.0 * HABIT * expected) ** 2
+        share = np.where(usable, spread / (spread + np.where(usable, variance, 1.0)), 1.0)
+        share[: int(axes.first[1])] = 1.0
+        value, variance = share * value + (1.0 - share) * expected, share * variance
     if not is_measured:
         usable = usable & (windows.evidence >= WEAK)
         usable[: int(axes.first[1])] = False
@@ -90,6 +99,48 @@ def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown: Crown) -> Rad
     radius = np.sqrt(np.maximum(square, 0.0))
     error = np.where(seen, np.sqrt(variance) / np.maximum(2.0 * radius, 1e-3), GUESS * radius)
     return Radii(square, source, error)
+
+
+def expected_square(
+    axes: Axes, windows: tuple[Floats, Floats, NDArray[np.bool_]], carried: Floats
+) -> Floats | None:
+    """Squared radius that the tree's own well measured branches suggest for every node.
+
+    A straight line through the logarithms of radius and carried length, by medians over classes of
+    length: each tree has its own pipe model. Noise then leaves thin twigs where their carried length
+    puts them.
+
+    Parameters
+    ----------
+    axes : Axes
+    windows : tuple
+        Squared radii, their variances, and which count.
+    carried : (M,) array
+        Length beyond every node, metres.
+
+    Returns
+    -------
+    (M,) array or None
+        None where too few nodes are measured.
+    """
+    value, _, usable = windows
+    known = usable.copy()
+    known[: int(axes.first[1])] = False  # the stem has a habit of its own
+    if np.count_nonzero(known) < LEARN:
+        return None
+    x, y = np.log(carried[known] + CARRIED_M), value[known]
+    group = np.floor(x / 0.5).astype(np.int64)
+    # medians of squares: noise makes some negative, and leaving those out would thicken twigs
+    rows = [
+        (np.median(x[group == g]), np.median(y[group == g]), np.sum(group == g)) for g in np.unique(group)
+    ]
+    middle, square, count = np.array([row for row in rows if row[2] >= 8 and row[1] > 0.0]).reshape(-1, 3).T
+    if len(middle) < 3:
+        return None
+    slope, level = np.polyfit(middle, np.log(square), 1, w=np.sqrt(count))
+    slope = min(max(float(slope), 0.0), 1.5)
+    level = float(np.average(np.log(square) - slope * middle, weights=count))
+    return np.asarray(np.exp(level + slope * np.log(carried + CARRIED_M)))
 
 
 def _lower_stem(axes: Axes, windows: Windows, crown_m: float) -> tuple[float, bool]:

@@ -118,28 +118,44 @@ def _arc(local: Floats, theta: Floats) -> float:
 
 @compiled
 def _moments(local: Floats, noise: float, guess: float) -> Estimate:
-    """Centre and mean square distance of a thin branch's points, far ones left out."""
-    a, b = float(np.median(local[:, 0])), float(np.median(local[:, 1]))
+    """Mean line and mean square distance of a thin branch's points, far ones left out."""
+    line = np.array([np.median(local[:, 0]), np.median(local[:, 1]), 0.0, 0.0])
     total, kept = 0.0, len(local)
-    for _ in range(4):
-        away = np.sqrt((local[:, 0] - a) ** 2 + (local[:, 1] - b) ** 2)
-        limit = 3.0 * max(np.median(away), noise)
-        sa, sb, total, kept = 0.0, 0.0, 0.0, 0
-        for i in range(len(local)):
-            if away[i] <= limit:
-                sa += local[i, 0]
-                sb += local[i, 1]
-                total += away[i] * away[i]
-                kept += 1
-        a, b = sa / kept, sb / kept
-    if kept < FEW:
-        return NONE, 0.0, 0.0, 0.0, np.inf, np.inf, guess, 0.0, 0.0
-    mean_square = total / (kept - 2)
+    for number in range(4):
+        x = local[:, 0] - line[0] - line[2] * local[:, 2]
+        y = local[:, 1] - line[1] - line[3] * local[:, 2]
+        away = np.sqrt(x * x + y * y)
+        near = away <= 3.0 * max(np.median(away), noise)
+        kept = int(near.sum())
+        if kept < FEW:
+            return NONE, 0.0, 0.0, 0.0, np.inf, np.inf, guess, 0.0, 0.0
+        if number < 3:
+            line = _mean_line(local, near)
+        else:
+            total = (away[near] ** 2).sum()
+    mean_square = total / (kept - 2)  # a line in space takes two points' worth of each direction
     square = mean_square - 2.0 * noise * noise
     likely = max(square, noise * noise)
     variance = (4.0 * likely * noise * noise + 4.0 * noise**4) / kept + (0.1 * likely) ** 2
-    theta = np.array([a, b, 0.0, 0.0, np.sqrt(max(mean_square, 1e-12))])
+    theta = np.array([line[0], line[1], line[2], line[3], np.sqrt(max(mean_square, 1e-12))])
     # a spread that noise explains is wood; a wider one may be anything
     sure = _ramp(float(kept), 8.0, 20.0) * _ramp(np.sqrt(mean_square), 5.0 * noise, 3.5 * noise)
     spread = np.sqrt(mean_square)
-    return MOMENTS, a, b, square, variance, mean_square / kept, spread, _arc(local, theta), sure
+    centre = mean_square / kept
+    return MOMENTS, line[0], line[1], square, variance, centre, spread, _arc(local, theta), sure
+
+
+@compiled
+def _mean_line(local: Floats, near: NDArray[np.bool_]) -> Floats:
+    """Least-squares line through the chosen points: offset and slope across the third axis."""
+    n, st, stt = 0.0, 0.0, 0.0
+    sx, sy, sxt, syt = 0.0, 0.0, 0.0, 0.0
+    for i in range(len(local)):
+        if near[i]:
+            x, y, t = local[i, 0], local[i, 1], local[i, 2]
+            n, st, stt = n + 1.0, st + t, stt + t * t
+            sx, sy, sxt, syt = sx + x, sy + y, sxt + x * t, syt + y * t
+    spread = stt - st * st / n
+    p = (sxt - sx * st / n) / spread if spread > 1e-9 else 0.0
+    q = (syt - sy * st / n) / spread if spread > 1e-9 else 0.0
+    return np.array([(sx - p * st) / n, (sy - q * st) / n, p, q])

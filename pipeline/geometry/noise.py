@@ -23,7 +23,8 @@ def range_noise(windows: Windows, fallback_m: float) -> float:
     fallback_m : float
         Returned when fewer than five windows are fitted.
     """
-    fitted = np.flatnonzero((windows.kind == CYLINDER) & (windows.count >= 15) & (windows.arc > 2.0))
+    bark = (windows.kind == CYLINDER) & (windows.evidence > 0.5)
+    fitted = np.flatnonzero(bark & (windows.count >= 15) & (windows.arc > 2.0))
     if len(fitted) < 5:
         return fallback_m
     thick = fitted[windows.square[fitted] >= np.quantile(windows.square[fitted], 2 / 3)]

@@ -18,7 +18,7 @@ Ints = NDArray[np.int64]
 
 ENOUGH = 100  # points that a window grows for
 LONG_M = 0.15  # a window is about as long as the branch is thick, but no longer than this unasked
-PLENTY = 400  # points beyond which a window is thinned
+PLENTY = 160  # points beyond which a window is thinned
 
 
 @dataclass(frozen=True, eq=False)
