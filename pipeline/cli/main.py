@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ import click
 
 from pipeline.cli.logs import say, stop_logging
 from pipeline.errors import PipelineError
+from pipeline.jobs.interrupts import resend_lost_interrupts
 
 COMMANDS = {
     "run": "Make a tree model of every cloud.",
@@ -56,6 +58,7 @@ class LazyGroup(click.Group):
         """Run, and leave with the exit code that the outcome has."""
         given = list(sys.argv[1:] if args is None else args)
         extra["standalone_mode"] = False
+        resend_lost_interrupts(signal.SIGINT)
         try:
             code = super().main(given, prog_name, **extra)
         except (click.Abort, KeyboardInterrupt):

@@ -13,6 +13,8 @@ from multiprocessing.process import BaseProcess
 from types import FrameType
 from typing import Any, Generic, TypeVar
 
+from pipeline.jobs.interrupts import resend_lost_interrupts
+
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
@@ -118,6 +120,7 @@ def _serve(line: Connection, work: Callable[[Task], Result]) -> None:
     """Work off what comes down the line, until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
     signal.signal(signal.SIGTERM, _break_off)
+    resend_lost_interrupts(signal.SIGTERM)
     try:
         while True:
             line.send(work(line.recv()))
