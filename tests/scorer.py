@@ -24,12 +24,16 @@ def score(tree, truth):
     model, mine = axis_points(start, end)
     gap, at = cKDTree(model).query(known)
     found = gap < NEAR_M
-    true_volume = (np.pi * truth["r"] ** 2 * np.linalg.norm(truth["e"] - truth["s"], axis=1)).sum()
+    true_length = np.linalg.norm(truth["e"] - truth["s"], axis=1)
+    volume, true_volume = tree.volume, np.pi * truth["r"] ** 2 * true_length
+    side, true_side = graph.order > 0, truth["order"] > 0
     return {
         "recall": found.mean(),
         "precision": (cKDTree(known).query(model)[0] < NEAR_M).mean(),
         "order": (graph.order[1:][mine][at][found] == truth["order"][which][found]).mean(),
-        "volume": tree.volume.sum() / true_volume - 1,
+        "volume": volume.sum() / true_volume.sum() - 1,
+        "branches": volume[side].sum() / true_volume[true_side].sum() - 1,
+        "length": graph.length.sum() / true_length.sum() - 1,
         "dbh": tree.trunk.dbh_m / true_diameter(truth) - 1,
     }
 

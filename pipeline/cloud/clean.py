@@ -45,7 +45,9 @@ class CleanOptions(Options):
     )
     outlier_neighbours: int = Field(8, ge=2, le=100, description="nearest points an outlier is judged by")
     outlier_limit_sd: float = Field(
-        6.0, gt=0, description="an outlier's distance to them, in robust standard deviations above the median"
+        12.0,
+        gt=0,
+        description="an outlier's distance to them, in robust standard deviations above the median",
     )
     clump_share: float = Field(
         0.02,

@@ -24,7 +24,7 @@ def run(thousands: int) -> dict[str, float]:
     from pipeline.store import Store
     from pipeline.synthetic import SampleOptions, TubeTreeOptions, grow_tubes, sample
 
-    tree = grow_tubes(TubeTreeOptions(seed=7, height_m=14.0, trunk_radius_m=0.18))
+    tree = grow_tubes(TubeTreeOptions(seed=7))
     dense = sample(tree, options=SampleOptions(density_per_m2=2000.0, noise_m=0.003, seed=1))
     density = 2000.0 * 1000 * thousands / len(dense)
     cloud = sample(tree, options=SampleOptions(density_per_m2=density, noise_m=0.003, seed=1))
