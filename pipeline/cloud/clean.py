@@ -47,7 +47,7 @@ class CleanOptions(Options):
     outlier_limit_sd: float = Field(
         12.0,
         gt=0,
-        description="an outlier's distance to them, in robust standard deviations above the median",
+        description="an outlier's distance to them, in robust standard deviations over the median",
     )
     clump_share: float = Field(
         0.02,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pipeline.geometry.estimates import CYLINDER
 from pipeline.geometry.windows import Windows
@@ -11,7 +12,7 @@ MOST_M = 0.02  # rough bark is not noise: beyond this, circle fits would be swit
 LEAST_M = 0.0005
 
 
-def range_noise(windows: Windows, fallback_m: float) -> float:
+def range_noise(windows: Windows, fallback_m: float, among: NDArray[np.bool_] | None = None) -> float:
     """Standard deviation of the range noise in metres.
 
     The median misfit of the thickest third of the fitted windows; when these differ widely (bark),
@@ -22,8 +23,12 @@ def range_noise(windows: Windows, fallback_m: float) -> float:
     windows : Windows
     fallback_m : float
         Returned when fewer than five windows are fitted.
+    among : (M,) array of bool, optional
+        The windows that may be asked.
     """
     bark = (windows.kind == CYLINDER) & (windows.evidence > 0.5)
+    if among is not None:
+        bark &= among
     fitted = np.flatnonzero(bark & (windows.count >= 15) & (windows.arc > 2.0))
     if len(fitted) < 5:
         return fallback_m

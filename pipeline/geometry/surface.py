@@ -15,7 +15,7 @@ Ints = NDArray[np.int64]
 
 STEP_M = 0.04  # a segment is looked up by marks that are at most this far apart
 # A thick stem's axis is far from its own bark, so thick segments are looked up apart as well.
-TIERS = ((0.0, 10), (0.03, 6), (0.10, 4))
+TIERS = ((0.0, 8), (0.03, 5), (0.10, 3))
 
 
 @dataclass(frozen=True, eq=False)

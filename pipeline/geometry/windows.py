@@ -16,9 +16,9 @@ from pipeline.geometry.surface import nearest_tube
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-ENOUGH = 100  # points that a window grows for
+ENOUGH = 60  # points that a window grows for
 LONG_M = 0.15  # a window is about as long as the branch is thick, but no longer than this unasked
-PLENTY = 160  # points beyond which a window is thinned
+PLENTY = 120  # points beyond which a window is thinned
 
 
 @dataclass(frozen=True, eq=False)

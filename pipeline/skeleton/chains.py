@@ -13,7 +13,8 @@ from pipeline.skeleton.rooted import Rooted
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-INSIDE = 1.25  # radii around a kept axis that are its own wood
+INSIDE = 1.25  # radii around a limb's axis that are its own wood
+AROUND = 2.2  # the same for slices, whose half rings look thinner than the branch is
 NEIGHBOURS = 4  # slices before and after that vote on a thickness
 THICK_M = 0.10  # slices are not believed to be thicker than that; limbs are known apart
 
@@ -39,7 +40,7 @@ def keep_chains(
     step = np.linalg.norm(tree.xyz - tree.xyz[np.maximum(tree.parent, 0)], axis=1)
     ahead = longest_child(tree.parent, step)
     usual = _usual_thickness(tree.thickness, tree.parent, ahead)
-    wood = INSIDE * np.minimum(usual, THICK_M)
+    wood = AROUND * np.minimum(usual, THICK_M)
     size = float(wood[~limb].max(initial=0.0)) + margin_m
     keys = cell_keys(tree.xyz, size)
     order = np.argsort(keys, kind="stable")

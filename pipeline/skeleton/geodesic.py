@@ -26,14 +26,14 @@ class GeodesicOptions(Options):
     """Options of the geodesic skeleton."""
 
     fine_m: float = Field(0.012, gt=0, le=1, description="points are thinned to this spacing, metres")
-    fine_neighbours: int = Field(8, ge=3, le=64, description="neighbours per point")
+    fine_neighbours: int = Field(6, ge=3, le=64, description="neighbours per point")
     slice_m: float = Field(0.03, gt=0, le=1, description="least thickness of a slice, metres")
     entry_share: float = Field(
         0.5, ge=0, le=1, description="cost of a way along a limb, against one along the surface"
     )
-    margin_m: float = Field(0.03, ge=0, le=1, description="how far a chain reaches out of kept wood, metres")
-    min_chain_m: float = Field(0.05, ge=0, le=10, description="least length of a chain, metres")
-    min_chain_points: int = Field(3, ge=1, description="least points of a chain outside kept wood")
+    margin_m: float = Field(0.01, ge=0, le=1, description="how far a chain reaches out of kept wood, metres")
+    min_chain_m: float = Field(0.04, ge=0, le=10, description="least length of a chain, metres")
+    min_chain_points: int = Field(2, ge=1, description="least points of a chain outside kept wood")
     window_m: float = Field(
         0.2, gt=0, le=5, description="length over which a branch's direction is taken at a fork, metres"
     )

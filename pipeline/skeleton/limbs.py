@@ -102,7 +102,7 @@ def find_limbs(xyz: Floats, *, neighbours: int, window_m: float) -> Limbs:
     points, noise = xyz[first_in_cell(xyz, POINTS_M)], FIRST_NOISE_M
     for number in range(ROUNDS):
         windows = measure(axes, share_out(points, axes), noise, STEP_M)
-        noise = range_noise(windows, noise)
+        noise = range_noise(windows, range_noise(windows, noise), among=axes.branch == 0)
         axes = _adjust(axes, windows, noise)
         if number < ROUNDS - 1:
             axes = Axes(axes.xyz, axes.first, axes.foot, np.maximum(axes.square, 0.0))
