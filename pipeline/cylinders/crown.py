@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-SPARSE_M = 0.05  # median distance of neighbouring points beyond which slices of bark fall apart
+SPARSE_M = 0.07  # median distance of neighbouring points beyond which slices of bark fall apart
 LEAFY = 0.27  # share of linear neighbourhoods below which leaves hide the wood
 
 

@@ -8,7 +8,7 @@ geodesic thick limbs by cylinders, the rest by slices of equal distance; more ex
          its branch orders are right far more often
 ======== =============================================================================================
 
-`auto` takes geodesic where neighbouring points lie within 5 cm of each other, else mst.
+`auto` takes geodesic where neighbouring points lie within 7 cm of each other, else mst.
 """
 
 from pipeline.skeleton.extraction import METHODS, SkeletonOptions, extract

@@ -14,7 +14,7 @@ from pipeline.skeleton.geodesic import GeodesicOptions, by_geodesic
 from pipeline.skeleton.mst import MstOptions, by_mst
 
 MICROMETRE = 6  # decimals that nodes are kept to, so that a file gives back the same numbers
-DENSE_M = 0.05  # median distance of neighbouring points up to which slices of surface hold together
+DENSE_M = 0.07  # median distance of neighbouring points up to which slices of surface hold together
 
 
 class SkeletonOptions(MstOptions, GeodesicOptions):

@@ -28,7 +28,7 @@ from pipeline.skeleton.rooted import (
 from pipeline.skeleton.simplification import merge_siblings, simplify
 
 Floats = NDArray[np.float64]
-SPARSE_M = 0.05  # spacing beyond which a minimum spanning tree wanders between branches
+SPARSE_M = 0.07  # spacing beyond which a minimum spanning tree wanders between branches
 DELAUNAY_LIMIT = 20_000  # nodes; beyond it qhull is most of the run time
 
 
