@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from pipeline.errors import NotATreeError
 from pipeline.geometry.axes import Axes
-from pipeline.geometry.branching import continue_branches, number_by_paths
 from pipeline.geometry.surface import nearest_tube
 from pipeline.geometry.voxels import first_in_cell
 from pipeline.model import PointCloud, Skeleton
@@ -16,7 +14,7 @@ from pipeline.options import Options
 from pipeline.skeleton.chains import INSIDE, keep_chains
 from pipeline.skeleton.levels import Slices, distances, gabriel, joined_neighbours, slice_points
 from pipeline.skeleton.limbs import Limbs, find_base, find_limbs
-from pipeline.skeleton.rooted import Rooted
+from pipeline.skeleton.rooted import Rooted, skeleton_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -34,7 +32,7 @@ class GeodesicOptions(Options):
     margin_m: float = Field(0.01, ge=0, le=1, description="how far a chain reaches out of kept wood, metres")
     min_chain_m: float = Field(0.04, ge=0, le=10, description="least length of a chain, metres")
     min_chain_points: int = Field(2, ge=1, description="least points of a chain outside kept wood")
-    window_m: float = Field(
+    direction_window_m: float = Field(
         0.2, gt=0, le=5, description="length over which a branch's direction is taken at a fork, metres"
     )
 
@@ -53,23 +51,14 @@ def by_geodesic(cloud: PointCloud, options: GeodesicOptions) -> Skeleton:
     Skeleton
         Numbered path by path.
     """
-    limbs = find_limbs(cloud.xyz, neighbours=options.fine_neighbours, window_m=options.window_m)
+    limbs = find_limbs(cloud.xyz, neighbours=options.fine_neighbours, window_m=options.direction_window_m)
     points = cloud.xyz[first_in_cell(cloud.xyz, options.fine_m)]
     slices, entry, limb_nodes = _slices(points, limbs, options)
     tree, is_limb = _join(slices.less_noise(limbs.noise), entry, limb_nodes)
     clear = _clear_of_limbs(tree.xyz, limbs.axes)
     margin = options.margin_m + 2.0 * limbs.noise
     tree = keep_chains(tree, is_limb, clear, margin, (options.min_chain_m, options.min_chain_points))
-    if len(tree.parent) < 2:
-        msg = "the points make no skeleton of two nodes or more; are they one tree, in metres?"
-        raise NotATreeError(msg)
-    ahead = continue_branches(tree.xyz, tree.parent, np.maximum(tree.thickness, 0.003), options.window_m)
-    order = number_by_paths(tree.parent, ahead)
-    number = np.empty_like(order)
-    number[order] = np.arange(len(order))
-    parent = tree.parent[order]
-    parent[1:] = number[parent[1:]]
-    return Skeleton(tree.xyz[order], parent.astype(np.int32), cloud.origin, cloud.crs, dict(cloud.metadata))
+    return skeleton_of(tree, cloud, options.direction_window_m)
 
 
 def _slices(points: Floats, limbs: Limbs, options: GeodesicOptions) -> tuple[Slices, Ints, Rooted | None]:

@@ -11,7 +11,6 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from pipeline.errors import NotATreeError
-from pipeline.geometry.branching import continue_branches, number_by_paths
 from pipeline.geometry.voxels import cell_keys, first_in_cell
 from pipeline.model import PointCloud, Skeleton
 from pipeline.options import Options
@@ -24,6 +23,7 @@ from pipeline.skeleton.rooted import (
     by_minimum_spanning_tree,
     by_shortest_paths,
     find_root,
+    skeleton_of,
 )
 from pipeline.skeleton.simplification import merge_siblings, simplify
 
@@ -103,16 +103,7 @@ def by_mst(cloud: PointCloud, options: MstOptions) -> Skeleton:
     tree = merge_siblings(
         tree, min_cosine=float(np.cos(np.radians(options.sibling_angle_deg))), max_ratio=options.sibling_ratio
     )
-    if len(tree.parent) < 2:
-        msg = "the points make no skeleton of two nodes or more; are they one tree, in metres?"
-        raise NotATreeError(msg)
-    ahead = continue_branches(tree.xyz, tree.parent, tree.thickness, options.direction_window_m)
-    order = number_by_paths(tree.parent, ahead)
-    number = np.empty_like(order)
-    number[order] = np.arange(len(order))
-    parent = tree.parent[order]
-    parent[1:] = number[parent[1:]]
-    return Skeleton(tree.xyz[order], parent.astype(np.int32), cloud.origin, cloud.crs, dict(cloud.metadata))
+    return skeleton_of(tree, cloud, options.direction_window_m)
 
 
 def _grow(xyz: Floats, options: MstOptions) -> Rooted:

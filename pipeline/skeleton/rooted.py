@@ -9,8 +9,14 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning_tree
 
+from pipeline.errors import NotATreeError
+from pipeline.geometry.branching import continue_branches, number_by_paths
+from pipeline.model import PointCloud, Skeleton
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+LEAST_THICKNESS_M = 0.003  # a slice of two points has none, and logarithms are taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,3 +104,32 @@ def arrange(order: Ints, before: Ints, xyz: Floats, thickness: Floats, support: 
     parent = before[order]
     parent = np.where(parent >= 0, number[np.maximum(parent, 0)], -1)
     return Rooted(xyz[order], parent, thickness[order], support[order])
+
+
+def skeleton_of(tree: Rooted, cloud: PointCloud, window_m: float) -> Skeleton:
+    """Choose which way each branch goes on, and number the nodes path by path.
+
+    Parameters
+    ----------
+    tree : Rooted
+    cloud : PointCloud
+        Where origin, reference system and metadata come from.
+    window_m : float
+        Least length over which directions are taken at a fork, metres.
+
+    Raises
+    ------
+    NotATreeError
+        If there are fewer than two nodes.
+    """
+    if len(tree.parent) < 2:
+        msg = "the points make no skeleton of two nodes or more; are they one tree, in metres?"
+        raise NotATreeError(msg)
+    thickness = np.maximum(tree.thickness, LEAST_THICKNESS_M)
+    ahead = continue_branches(tree.xyz, tree.parent, thickness, window_m)
+    order = number_by_paths(tree.parent, ahead)
+    number = np.empty_like(order)
+    number[order] = np.arange(len(order))
+    parent = tree.parent[order]
+    parent[1:] = number[parent[1:]]
+    return Skeleton(tree.xyz[order], parent.astype(np.int32), cloud.origin, cloud.crs, dict(cloud.metadata))
