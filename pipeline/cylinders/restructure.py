@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from pipeline.cylinders.anchors import clearance
 from pipeline.cylinders.assembly import assemble
 from pipeline.geometry.axes import Axes, axes_of_paths
-from pipeline.geometry.branching import continue_branches, number_by_paths
+from pipeline.geometry.branching import continue_branches
+from pipeline.geometry.numbering import number_by_paths
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

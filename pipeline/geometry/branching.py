@@ -1,4 +1,4 @@
-"""Which child continues a branch at a fork, and the path-by-path numbering that records it."""
+"""Which child continues a branch at a fork."""
 
 from __future__ import annotations
 
@@ -79,31 +79,3 @@ def _continuing(xyz: Floats, parent: Ints, step: Floats, thickness: Floats, wind
         if score > best[fork]:
             best[fork], chosen[fork] = score, c
     return chosen
-
-
-def number_by_paths(parent: Ints, continuing: Ints) -> Ints:
-    """Return the old number of every node in the new order: the stem first, then its branches.
-
-    Each branch is one run of numbers; branches follow in the order in which their feet come.
-
-    Parameters
-    ----------
-    parent : (N,) array
-        Parents before children.
-    continuing : (N,) array
-        The child that continues each node's branch, -1 at tips.
-    """
-    sides: list[list[int]] = [[] for _ in range(len(parent))]
-    next_ = continuing.tolist()
-    for child, foot in enumerate(parent.tolist()[1:], 1):
-        if next_[foot] != child:
-            sides[foot].append(child)
-    order: list[int] = []
-    waiting = [0]
-    for start in waiting:  # grows while it is walked: breadth first over branches
-        node = start
-        while node >= 0:
-            order.append(node)
-            waiting.extend(sides[node])
-            node = next_[node]
-    return np.array(order, dtype=np.int64)

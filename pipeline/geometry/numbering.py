@@ -146,15 +146,41 @@ def by_paths(parent: ArrayLike, length: ArrayLike, *, goes_on: ArrayLike | None 
     known = [False] * len(above) if goes_on is None else np.asarray(goes_on, dtype=bool).tolist()
     for i in reversed(order[1:]):
         carried[above[i]] += carried[i]
+    ahead = [max(children, key=lambda c: (known[c], carried[c], -c), default=-1) for children in below]
+    return number_by_paths(above, ahead)
+
+
+def number_by_paths(parent: ArrayLike, ahead: ArrayLike) -> Positions:
+    """Order the nodes of a rooted tree path by path, where it is known which child goes on.
+
+    The stem comes first; side branches follow in the order in which their feet come, each as one
+    run of numbers.
+
+    Parameters
+    ----------
+    parent : (N,) array_like of int
+        Parent of each node, -1 at the one root.
+    ahead : (N,) array_like of int
+        The child that continues each node's branch, -1 at tips.
+
+    Returns
+    -------
+    (N,) array of int64
+        The old number of each new node.
+    """
+    above = np.asarray(parent, dtype=np.int64).tolist()
+    following = np.asarray(ahead, dtype=np.int64).tolist()
+    sides: list[list[int]] = [[] for _ in above]
+    for child, foot in enumerate(above):
+        if foot >= 0 and following[foot] != child:
+            sides[foot].append(child)
     node: list[int] = []
-    feet = deque(order[:1])
-    while feet:
-        here: int | None = feet.popleft()
-        while here is not None:
+    starts = [next(i for i, foot in enumerate(above) if foot < 0)]
+    for here in starts:  # grows while it is walked: breadth first over branches
+        while here >= 0:
             node.append(here)
-            following = max(below[here], key=lambda c: (known[c], carried[c], -c), default=None)
-            feet.extend(c for c in below[here] if c != following)
-            here = following
+            starts.extend(sides[here])
+            here = following[here]  # noqa: PLW2901 (the loop walks on from each start)
     return np.array(node, dtype=np.int64)
 
 

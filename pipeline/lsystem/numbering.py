@@ -11,9 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.geometry.branching import number_by_paths
 from pipeline.geometry.compiled import compiled
-from pipeline.geometry.numbering import renumbered
+from pipeline.geometry.numbering import number_by_paths, renumbered
 from pipeline.model import Floats, Ints, Skeleton, TreeModel
 
 

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from pipeline.geometry.axes import Axes, axes_of_paths
-from pipeline.geometry.branching import continue_branches, number_by_paths
+from pipeline.geometry.branching import continue_branches
 from pipeline.geometry.estimates import CYLINDER
 from pipeline.geometry.noise import range_noise
+from pipeline.geometry.numbering import number_by_paths
 from pipeline.geometry.smoothing import falling, whittaker
 from pipeline.geometry.voxels import first_in_cell
 from pipeline.geometry.windows import Windows, measure, share_out

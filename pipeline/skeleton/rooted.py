@@ -10,7 +10,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning_tree
 
 from pipeline.errors import NotATreeError
-from pipeline.geometry.branching import continue_branches, number_by_paths
+from pipeline.geometry.branching import continue_branches
+from pipeline.geometry.numbering import number_by_paths
 from pipeline.model import PointCloud, Skeleton
 
 Floats = NDArray[np.float64]

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from pipeline.geometry.branching import continue_branches, longest_child, number_by_paths
+from pipeline.geometry.branching import continue_branches, longest_child
+from pipeline.geometry.numbering import number_by_paths
 
 
 def fork(radius=(0.1, 0.1, 0.05, 0.05)):
