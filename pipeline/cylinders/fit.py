@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -116,8 +117,7 @@ def _crown(cloud: PointCloud, xyz: Floats) -> Crown:
 
 def _outside(axes: Axes, windows: Windows) -> Windows:
     """Windows in the parent's wood say nothing of the branch."""
-    windows.kind[inside_parent(axes)] = NONE
-    return windows
+    return replace(windows, kind=np.where(inside_parent(axes), NONE, windows.kind))
 
 
 def _recentre(axes: Axes, windows: Windows, stiffness: float) -> Axes:

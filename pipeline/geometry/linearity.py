@@ -19,7 +19,8 @@ CROWN = 0.4  # the crown is what lies above this share of the height
 def linear_share(xyz: Floats) -> float | None:
     """Share of the crown's neighbourhoods that are lines, at the scale where it is largest.
 
-    Leafless trees have 0.34 to 0.7, trees in leaf 0.06 to 0.18 (ten terrestrial and mobile scans).
+    Of eleven terrestrial and mobile scans, the eight leafless ones have 0.35 to 0.7, the three in leaf
+    0.11 to 0.18.
 
     Parameters
     ----------

@@ -62,20 +62,14 @@ def _usual_thickness(thickness: Floats, parent: Ints, ahead: Ints) -> Floats:
     held = np.empty(2 * NEIGHBOURS + 1)
     for i in range(len(thickness)):
         held[0], count = thickness[i], 1
-        j = i
-        for _ in range(NEIGHBOURS):
-            j = ahead[j]
-            if j < 0:
-                break
-            held[count] = thickness[j]
-            count += 1
-        j = i
-        for _ in range(NEIGHBOURS):
-            j = parent[j]
-            if j < 0:
-                break
-            held[count] = thickness[j]
-            count += 1
+        for way in (ahead, parent):
+            j = way[i]
+            for _ in range(NEIGHBOURS):
+                if j < 0:
+                    break
+                held[count] = thickness[j]
+                count += 1
+                j = way[j]
         out[i] = np.median(held[:count])
     return out
 

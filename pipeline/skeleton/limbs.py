@@ -111,8 +111,7 @@ def find_limbs(xyz: Floats, *, neighbours: int, window_m: float) -> Limbs:
 
 
 def _coarse_tree(xyz: Floats, base: int, neighbours: int) -> Rooted:
-    near, pairs = joined_neighbours(xyz, neighbours)
-    del near
+    _, pairs = joined_neighbours(xyz, neighbours)
     way = distances(xyz, pairs, np.array([base]), np.zeros(1))
     slices = slice_points(xyz, pairs, way, SLICE_M, np.zeros(len(xyz), dtype=bool))
     tree = Rooted(slices.xyz, slices.parent, slices.thickness, slices.support)
