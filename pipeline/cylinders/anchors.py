@@ -13,6 +13,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 INSIDE = 1.15  # nodes within so many parent radii are the parent's wood
+NEAR_TIP_M = 0.15  # points so near to a tip tell how far apart they lie there
 LEAD_M = 0.10  # length over which a branch's way out of its parent is taken
 
 
@@ -188,7 +189,10 @@ def _meeting(start: Floats, way: Floats, foot: int, run: tuple[int, int], xyz: F
 
 
 def extend_tips(axes: Axes, shared: Shared, *, most_m: float) -> Axes:
-    """Move the last node of every branch on to its last point, at most `most_m`.
+    """Move the last node of every branch on to where its wood ends.
+
+    That is its last point and as much again as the points near the tip lie apart along the branch: the
+    last of evenly strewn points falls short of the end by that on average.
 
     Parameters
     ----------
@@ -196,7 +200,7 @@ def extend_tips(axes: Axes, shared: Shared, *, most_m: float) -> Axes:
     shared : Shared
         The points of each branch.
     most_m : float
-        Largest extension, metres.
+        Largest extension to the last point, and largest beyond it, metres.
     """
     xyz = axes.xyz.copy()
     _extend(xyz, axes.first, axes.radius, shared.xyz, shared.first, most_m)
@@ -212,13 +216,17 @@ def _extend(xyz: Floats, first: Ints, radius: Floats, points: Floats, begin: Int
         if norm < 1e-9:
             continue
         way = way / norm
-        reach = 0.0
+        reach, last, count = 0.0, -NEAR_TIP_M, 0
         for k in range(begin[b + 1] - 1, begin[b] - 1, -1):
             off = points[k] - xyz[tip]
             along = (off * way).sum()
             if along < -0.2:
                 break
             across = np.sqrt(max((off * off).sum() - along * along, 0.0))
-            if across < max(2.0 * radius[tip], 0.02) and reach < along <= most:
-                reach = along
+            if across < max(2.0 * radius[tip], 0.02) and along <= most:
+                reach = max(reach, along)
+                if along > -NEAR_TIP_M:
+                    last, count = max(last, along), count + 1
+        if count > 1:
+            reach = max(reach, last + min((last + NEAR_TIP_M) / count, most))
         xyz[tip] = xyz[tip] + reach * way

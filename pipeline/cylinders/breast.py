@@ -1,4 +1,4 @@
-"""The diameter at breast height: a cylinder through the bark 1.2 to 1.4 m above the ground."""
+"""The diameter at breast height: a cylinder through the bark around 1.3 m above the ground."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from pipeline.model import ALLOMETRIC, MEASURED, PROPAGATED, RADIUS_SOURCES, Tru
 Floats = NDArray[np.float64]
 
 BREAST_M = 1.3
-SLICE_M = 0.2
+SLICES_M = (0.10, 0.15, 0.20)  # heights of the slice; as short as the points allow
+SHARP = 0.003  # standard error, as a share of the radius, with which a slice is long enough
 LEAST_POINTS = 12
 LEAST_EVIDENCE = 0.2
 WITHIN_90 = 1.645
@@ -29,6 +30,26 @@ def around_breast_height(axes: Axes, ground_z: float) -> NDArray[np.int64]:
     height = axes.xyz[int(axes.first[0]) : int(axes.first[1]), 2] - ground_z
     above = np.flatnonzero(height >= BREAST_M)
     return np.unique(np.maximum(above[:1] - [[1], [0]], 0)).astype(np.int64)
+
+
+def through_breast_height(axes: Axes, trunk: Trunk) -> Axes:
+    """The stem with the measured diameter at breast height: nothing thinner below, nothing thicker above.
+
+    Parameters
+    ----------
+    axes : Axes
+        With radii; branch 0 is the stem.
+    trunk : Trunk
+    """
+    if trunk.dbh_m is None or trunk.source != "measured":
+        return axes
+    square, at = axes.square.copy(), (trunk.dbh_m / 2.0) ** 2
+    around = around_breast_height(axes, trunk.ground_z)
+    stem = square[int(axes.first[0]) : int(axes.first[1])]
+    stem[: around[0] + 1] = np.maximum(stem[: around[0] + 1], at)
+    stem[around[-1] :] = np.minimum(stem[around[-1] :], at)
+    stem[around] = at
+    return axes.with_square(square)
 
 
 def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float) -> Trunk:
@@ -61,12 +82,16 @@ def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float)
     radius = float(axes.radius[low] + share * (axes.radius[at] - axes.radius[low]))
     shared, radii = measured.shared, measured.radii
     points = shared.xyz[shared.first[0] : shared.first[1]]
-    slab = points[np.abs(points[:, 2] - ground_z - BREAST_M) <= SLICE_M / 2]
-    if len(slab) >= LEAST_POINTS:
+    off = np.abs(points[:, 2] - ground_z - BREAST_M)
+    for tall in SLICES_M:
+        slab = points[off <= tall / 2]
+        if len(slab) < LEAST_POINTS:
+            continue
         found = estimate_window(slab, centre, axes.frames()[at], radius, noise)
-        kind, _, _, square, variance, _, spread, arc, sure = found
+        kind, _, _, square, variance, _, spread, arc, sure, _, _ = found
         agrees = abs(np.sqrt(max(square, 0.0)) - radius) < 0.3 * max(radius, 0.02)
-        if kind == CYLINDER and sure > LEAST_EVIDENCE and agrees:
+        sound = kind == CYLINDER and sure > LEAST_EVIDENCE and agrees
+        if sound and (variance <= (2.0 * SHARP * square) ** 2 or tall == SLICES_M[-1]):
             return _measured(float(np.sqrt(square)), float(variance), float(spread), float(arc), ground_z)
     arc = float(np.degrees(measured.windows.arc[at])) if radii.source[at] == MEASURED else 0.0
     lo, hi = _interval(radius, float(radii.error[at]), int(radii.source[at]))

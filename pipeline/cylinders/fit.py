@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, cKDTree
 
 from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent, set_foot
 from pipeline.cylinders.assembly import Tolerance, assemble, chosen_nodes
-from pipeline.cylinders.breast import around_breast_height, breast_height
+from pipeline.cylinders.breast import around_breast_height, breast_height, through_breast_height
 from pipeline.cylinders.crown import LEAFY, SPARSE_M, Crown
 from pipeline.cylinders.measured import Measured, flags
 from pipeline.cylinders.radii import smooth
@@ -21,6 +21,7 @@ from pipeline.geometry.axes import Axes, axes_of
 from pipeline.geometry.estimates import NONE
 from pipeline.geometry.linearity import linear_share
 from pipeline.geometry.noise import range_noise
+from pipeline.geometry.sides import complete, seen_from
 from pipeline.geometry.smoothing import whittaker
 from pipeline.geometry.surface import Tubes, nearest_tube
 from pipeline.geometry.windows import Windows, measure, share_out
@@ -89,6 +90,7 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
         shared = share_out(xyz, axes)
         windows = _outside(axes, measure(axes, shared, noise, options.window_m))
         noise = range_noise(windows, noise)
+        windows = complete(windows, axes, seen_from(windows, noise))
         if number:
             axes = _recentre(axes, windows, options.stiffness)
         radii = smooth(axes, windows, min_arc=np.radians(options.min_arc_deg), crown=crown)
@@ -151,9 +153,10 @@ def _model(
     )
     known = {**skeleton.metadata, "noise_mm": 1000.0 * noise}
     ground = float(known.get("ground_z", axes.xyz[0, 2]))
+    trunk = breast_height(axes, measured, noise, ground)
+    axes = through_breast_height(axes, trunk)
     chosen = chosen_nodes(axes, tolerance, around_breast_height(axes, ground))
     body, parent = assemble(axes, chosen)
-    trunk = breast_height(axes, measured, noise, ground)
     warnings = flags(axes, measured, ground)
     known["flags"] = tuple(sorted({*known.get("flags", ()), *warnings}))
     nodes = np.round(axes.xyz[body], MICROMETRE)

@@ -16,8 +16,8 @@ CLEAR = 2.5  # radii above this many noises are fitted as cylinders, below by mo
 SECTORS = 16  # the arc is counted in sectors of 22.5 degrees
 NONE, CYLINDER, MOMENTS = 0, 1, 2
 
-# kind, centre (two), square, its variance, the centre's variance, spread, arc, evidence
-Estimate = tuple[int, float, float, float, float, float, float, float, float]
+# kind, centre (two), square, its variance, the centre's variance, spread, arc, evidence, facing (two)
+Estimate = tuple[int, float, float, float, float, float, float, float, float, float, float]
 
 
 @compiled
@@ -36,8 +36,8 @@ def estimate(local: Floats, radius: float, noise: float) -> Estimate:
             if scale > CLEAR * noise + 0.003:
                 variance += scale**4
             middle = 0.5 * (covariance[0, 0] + covariance[1, 1]) * scale * scale
-            misfit, arc, sure = _shell(local, theta)
-            return CYLINDER, theta[0], theta[1], square, variance, middle, misfit, arc, sure
+            misfit, arc, sure, p, q = _shell(local, theta)
+            return CYLINDER, theta[0], theta[1], square, variance, middle, misfit, arc, sure, p, q
     return _moments(local, noise, cost)
 
 
@@ -60,8 +60,8 @@ def _ramp(value: float, zero: float, one: float) -> float:
 
 
 @compiled
-def _shell(local: Floats, theta: Floats) -> tuple[float, float, float]:
-    """Misfit, covered arc and evidence of a fitted cylinder.
+def _shell(local: Floats, theta: Floats) -> tuple[float, float, float, float, float]:
+    """Misfit, covered arc, evidence and facing of a fitted cylinder.
 
     Bark lies on the surface, all round or on one side, and leaves the inside empty; leaves and
     bundles of twigs fill it.
@@ -70,10 +70,13 @@ def _shell(local: Floats, theta: Floats) -> tuple[float, float, float]:
     y = local[:, 1] - theta[1] - theta[3] * local[:, 2]
     away = np.sqrt(x * x + y * y)
     spread = np.median(np.abs(away - theta[4]))
+    misfit = 1.4826 * spread * np.sqrt(len(local) / max(len(local) - 5.0, 1.0))  # five unknowns are fitted
     arc = _arc(local, theta)
     inner = (away < 0.5 * theta[4]).sum() / len(local)
     sure = _ramp(spread / theta[4], 0.28, 0.15) * _ramp(arc / (2.0 * np.pi), 0.2, 0.4)
-    return 1.4826 * spread, arc, sure * _ramp(float(len(local)), 8.0, 20.0) * _ramp(inner, 0.20, 0.08)
+    sure *= _ramp(float(len(local)), 8.0, 20.0) * _ramp(inner, 0.20, 0.08)
+    away = np.maximum(away, 1e-9)
+    return misfit, arc, sure, (x / away).mean(), (y / away).mean()
 
 
 @compiled
@@ -128,7 +131,7 @@ def _moments(local: Floats, noise: float, guess: float) -> Estimate:
         near = away <= 3.0 * max(np.median(away), noise)
         kept = int(near.sum())
         if kept < FEW:
-            return NONE, 0.0, 0.0, 0.0, np.inf, np.inf, guess, 0.0, 0.0
+            return NONE, 0.0, 0.0, 0.0, np.inf, np.inf, guess, 0.0, 0.0, 0.0, 0.0
         if number < 3:
             line = _mean_line(local, near)
         else:
@@ -142,7 +145,7 @@ def _moments(local: Floats, noise: float, guess: float) -> Estimate:
     sure = _ramp(float(kept), 8.0, 20.0) * _ramp(np.sqrt(mean_square), 5.0 * noise, 3.5 * noise)
     spread = np.sqrt(mean_square)
     centre = mean_square / kept
-    return MOMENTS, line[0], line[1], square, variance, centre, spread, _arc(local, theta), sure
+    return MOMENTS, line[0], line[1], square, variance, centre, spread, _arc(local, theta), sure, 0.0, 0.0
 
 
 @compiled

@@ -10,13 +10,17 @@ from pipeline.geometry.windows import Windows
 
 MOST_M = 0.02  # rough bark is not noise: beyond this, circle fits would be switched off
 LEAST_M = 0.0005
+NOISE, BARK = 1.6, 2.4  # upper by lower quartile of the misfits: from noise alone to rough bark
+
+
+Floats = NDArray[np.float64]
 
 
 def range_noise(windows: Windows, fallback_m: float, among: NDArray[np.bool_] | None = None) -> float:
     """Standard deviation of the range noise in metres.
 
-    The median misfit of the thickest third of the fitted windows; when these differ widely (bark),
-    their lower quartile; between half a millimetre and 20 mm.
+    The median misfit of the fitted windows, each with the weight of its cross-section; the more these
+    differ (bark), the nearer to their lower quartile; between half a millimetre and 20 mm.
 
     Parameters
     ----------
@@ -26,13 +30,19 @@ def range_noise(windows: Windows, fallback_m: float, among: NDArray[np.bool_] | 
     among : (M,) array of bool, optional
         The windows that may be asked.
     """
-    bark = (windows.kind == CYLINDER) & (windows.evidence > 0.5)
+    bark = (windows.kind == CYLINDER) & (windows.count >= 15) & (windows.arc > 2.0)
     if among is not None:
         bark &= among
-    fitted = np.flatnonzero(bark & (windows.count >= 15) & (windows.arc > 2.0))
-    if len(fitted) < 5:
+    weight = np.where(bark, windows.evidence * np.maximum(windows.square, 0.0), 0.0)
+    if np.count_nonzero(weight > 0) < 5:
         return fallback_m
-    thick = fitted[windows.square[fitted] >= np.quantile(windows.square[fitted], 2 / 3)]
-    low, middle, high = np.quantile(windows.spread[thick], (0.25, 0.5, 0.75))
-    chosen = low if high > 2.0 * low else middle
-    return float(np.clip(chosen, LEAST_M, MOST_M))
+    low, middle, high = _quantiles(windows.spread, weight, (0.25, 0.5, 0.75))
+    rough = float(np.clip((high / max(low, 1e-9) - NOISE) / (BARK - NOISE), 0.0, 1.0))
+    return float(np.clip(middle + rough * (low - middle), LEAST_M, MOST_M))
+
+
+def _quantiles(values: Floats, weight: Floats, shares: tuple[float, ...]) -> Floats:
+    """Weighted quantiles, straight between the values so that no small change makes a jump."""
+    order = np.argsort(values, kind="stable")
+    below = np.cumsum(weight[order]) - 0.5 * weight[order]
+    return np.asarray(np.interp(np.multiply(shares, weight.sum()), below, values[order]))
