@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,14 @@ from scipy.spatial import ConvexHull
 from pipeline.cloud.clumps import parts
 from pipeline.cloud.ground import Ground, below, foot, lowest
 from pipeline.cloud.groundsearch import find_ground
+from pipeline.cloud.leaves import LeafOptions, find_leaves
 from pipeline.cloud.order import canonical, repeats
 from pipeline.cloud.outliers import outliers, spacing, strays
 from pipeline.cloud.thinning import cap, thin
 from pipeline.cloud.usable import require_one_tree, require_points, require_volume
 from pipeline.errors import InputFormatError
+from pipeline.geometry.linearity import DENSE_M, is_leafy
 from pipeline.model import PointCloud
-from pipeline.options import Options
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -34,7 +35,7 @@ STAND_M = 20.0
 DROPPED = ("duplicate", "invalid", "outlier", "clump", "ground", "leaf", "voxel")
 
 
-class CleanOptions(Options):
+class CleanOptions(LeafOptions):
     """How a cloud is cleaned."""
 
     voxel_m: float = Field(
@@ -60,6 +61,9 @@ class CleanOptions(Options):
     )
     ground_layer_m: float = Field(
         0.04, ge=0, le=0.5, description="least height above the ground surface that still is ground (metres)"
+    )
+    leaves: Literal["auto", "keep", "drop"] = Field(
+        "auto", description="leaf points of dense clouds; auto drops them where leaves are found"
     )
     max_extent_m: float = Field(100.0, gt=0, description="a cloud larger than this is not one tree (metres)")
 
@@ -113,7 +117,8 @@ def clean(
     tree = tally.keep("voxel", tree, kept)
     require_points(tree, tally.points_in, tally.dropped)
     require_volume(tree)
-    return _described(tree, surface, source, tally)
+    whole = _described(tree, surface, source, tally)
+    return _wood_of(whole, options, tally)
 
 
 class _Tally:
@@ -240,3 +245,19 @@ def _described(tree: PointCloud, surface: Ground | None, source: str, tally: _Ta
         "flags": tuple(sorted(tally.flags)),
     }
     return PointCloud(tree.xyz, tree.origin, tree.crs, tree.attributes, {**tree.metadata, **known})
+
+
+def _wood_of(tree: PointCloud, options: CleanOptions, tally: _Tally) -> PointCloud:
+    """Return the wood of a dense cloud in leaf; height, crown and ground are still the whole tree's."""
+    leafy = options.leaves == "drop" or (options.leaves == "auto" and is_leafy(tree.xyz))
+    if not leafy or tree.metadata["spacing_m"] > DENSE_M:
+        return tree
+    wood = tally.drop("leaf", tree, find_leaves(tree.xyz, options=options))
+    require_points(wood, tally.points_in, tally.dropped)
+    known = {
+        "points_used": len(wood),
+        "dropped": tally.dropped,
+        "spacing_m": spacing(wood.xyz),
+        "flags": tuple(sorted({*tally.flags, "leafy"})),
+    }
+    return PointCloud(wood.xyz, wood.origin, wood.crs, wood.attributes, {**wood.metadata, **known})

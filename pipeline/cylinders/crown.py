@@ -4,8 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-SPARSE_M = 0.07  # median distance of neighbouring points beyond which slices of bark fall apart
-LEAFY = 0.27  # share of linear neighbourhoods below which leaves hide the wood
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, cKDTree
+
+from pipeline.geometry.linearity import DENSE_M, is_leafy
+from pipeline.model import PointCloud
+
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -28,3 +35,21 @@ class Crown:
     def shows_bark(self) -> bool:
         """Whether a radius may be believed where the points do not look like a shell."""
         return not (self.leafy or self.sparse)
+
+
+def crown_of(cloud: PointCloud, xyz: Floats) -> Crown:
+    """Width of the crown, and whether its points show bark.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        Whose metadata tell the area and the spacing, where it was cleaned.
+    xyz : (P, 3) array
+        Its points, metres.
+    """
+    area, spacing = cloud.metadata.get("crown_area_m2"), cloud.metadata.get("spacing_m")
+    if area is None:
+        area = ConvexHull(xyz[:, :2]).volume
+    if spacing is None:
+        spacing = np.median(cKDTree(xyz).query(xyz, k=2)[0][:, 1])
+    return Crown(float(2.0 * np.sqrt(area / np.pi)), leafy=is_leafy(xyz), sparse=float(spacing) > DENSE_M)

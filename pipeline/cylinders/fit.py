@@ -8,18 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.spatial import ConvexHull, cKDTree
 
 from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent, set_foot
 from pipeline.cylinders.assembly import Tolerance, assemble, chosen_nodes
 from pipeline.cylinders.breast import around_breast_height, breast_height, through_breast_height
-from pipeline.cylinders.crown import LEAFY, SPARSE_M, Crown
+from pipeline.cylinders.circles import with_circles
+from pipeline.cylinders.crown import crown_of
 from pipeline.cylinders.measured import Measured, flags
 from pipeline.cylinders.radii import smooth
 from pipeline.cylinders.restructure import continue_anew, drop_hidden
 from pipeline.geometry.axes import Axes, axes_of
 from pipeline.geometry.estimates import NONE
-from pipeline.geometry.linearity import linear_share
 from pipeline.geometry.noise import range_noise
 from pipeline.geometry.sides import complete, seen_from
 from pipeline.geometry.smoothing import whittaker
@@ -40,7 +39,7 @@ class CylinderOptions(Options):
     """Options of the cylinder fits."""
 
     step_m: float = Field(0.04, gt=0, le=1, description="spacing of the nodes that are measured, metres")
-    window_m: float = Field(0.06, gt=0, le=1, description="least length of a measuring window, metres")
+    window_m: float = Field(0.04, gt=0, le=1, description="least length of a measuring window, metres")
     rounds: int = Field(2, ge=1, le=10, description="times that points are shared out and measured again")
     stiffness: float = Field(1.0, ge=0, le=1000, description="how much the axes resist bending")
     min_arc_deg: float = Field(
@@ -84,13 +83,15 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
     """
     options = options or CylinderOptions()
     xyz = np.ascontiguousarray(cloud.xyz + (cloud.origin - skeleton.origin))
-    axes, noise = axes_of(skeleton, options.step_m), FIRST_NOISE_M
-    crown = _crown(cloud, xyz)
+    axes = axes_of(skeleton, options.step_m)
+    noise = float(skeleton.metadata.get("noise_m", FIRST_NOISE_M))
+    crown, circles = crown_of(cloud, xyz), skeleton.metadata.get("stem_circles", ())
     for number in range(options.rounds + 1):
         shared = share_out(xyz, axes)
         windows = _outside(axes, measure(axes, shared, noise, options.window_m))
         noise = range_noise(windows, noise)
         windows = complete(windows, axes, seen_from(windows, noise))
+        windows = with_circles(windows, axes, circles)
         if number:
             axes = _recentre(axes, windows, options.stiffness)
         radii = smooth(axes, windows, min_arc=np.radians(options.min_arc_deg), crown=crown)
@@ -102,19 +103,6 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
             axes = anchor(axes, step_m=options.step_m)
     axes = extend_tips(axes, shared, most_m=options.tip_m)
     return _model(skeleton, axes, Measured(shared, windows, radii, crown), noise, options)
-
-
-def _crown(cloud: PointCloud, xyz: Floats) -> Crown:
-    """Width of the crown, and whether its points show bark."""
-    lines = linear_share(xyz)
-    spacing = cloud.metadata.get("spacing_m")
-    if spacing is None:
-        spacing = np.median(cKDTree(xyz).query(xyz, k=2)[0][:, 1])
-    return Crown(
-        diameter_m=float(2.0 * np.sqrt(ConvexHull(xyz[:, :2]).volume / np.pi)),
-        leafy=lines is not None and lines < LEAFY,
-        sparse=float(spacing) > SPARSE_M,
-    )
 
 
 def _outside(axes: Axes, windows: Windows) -> Windows:

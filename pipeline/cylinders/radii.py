@@ -12,7 +12,7 @@ from pipeline.cylinders.crown import Crown
 from pipeline.geometry.axes import Axes
 from pipeline.geometry.compiled import compiled
 from pipeline.geometry.estimates import CYLINDER, MOMENTS, NONE
-from pipeline.geometry.smoothing import falling
+from pipeline.geometry.smoothing import falling_tree
 from pipeline.geometry.windows import Windows
 from pipeline.model import ALLOMETRIC, MEASURED, PROPAGATED
 
@@ -21,6 +21,7 @@ Ints = NDArray[np.int64]
 
 REWEIGHTS = 3
 PIPE = 1.0  # a branch's cross-section follows the length that it carries (pipe model)
+DOUBT = 1.0  # relative error of a squared radius from points that look like anything but bark
 WEAK = 0.25  # evidence below which a window does not count as bark
 SLIM_M = 0.015  # radii below this are left alone
 LEARN = 30  # nodes that it takes to learn the tree's habit
@@ -49,7 +50,7 @@ class Radii:
 
 
 def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown: Crown) -> Radii:
-    """Fit falling squared radii to the windows of every branch, from the stem outwards.
+    """Fit squared radii to all windows that fall from the root to every tip.
 
     Where leaves or sparse points hide the bark, the pipe model stands in for windows that do not
     look like a shell: the cross-section of the lower stem, shared out by the length that each part
@@ -82,6 +83,8 @@ def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown: Crown) -> Rad
     # No branch is round to better than some hundredths of its radius.
     variance = np.where(usable, windows.variance, 0.0) + (0.02 * value) ** 2 + 1e-12
     variance = variance + np.where(loose, value**2, 0.0)
+    doubt = DOUBT * (1.0 - windows.evidence) * np.maximum(value, 0.0)
+    variance = variance + np.where(usable, doubt**2, 0.0)
     expected = expected_square(axes, (value, variance, usable & ~loose), carried)
     if expected is not None:
         spread = (2.0 * HABIT * expected) ** 2
@@ -182,29 +185,59 @@ def _smooth(
     out: tuple[Floats, Floats],
     stem: float,
 ) -> None:
+    """One falling fit over the whole tree, so that which branch goes on at a fork makes no difference."""
     value, variance, usable = windows
     square, weight = out
+    known, above, begin = _known_nodes(first, foot, usable)
+    y, v = value[known], variance[known]
+    robust = np.ones(len(known))
+    fit = falling_tree(y, 1.0 / v, above)
+    for _ in range(REWEIGHTS):
+        off = np.abs(y - fit)
+        for b in range(len(first) - 1):
+            run = slice(begin[b], begin[b + 1])
+            if begin[b + 1] > begin[b]:
+                robust[run] = _tukey(off[run], np.sqrt(v[run]))
+        fit = falling_tree(y, robust / v, above)
+    weight[known] = robust
     for b in range(len(first) - 1):
-        low, high = first[b], first[b + 1]
-        known = np.flatnonzero(usable[low:high]) + low
+        run, low, high = slice(begin[b], begin[b + 1]), first[b], first[b + 1]
         ceiling = square[foot[b]] if foot[b] >= 0 else 4.0 * stem
-        if len(known) < 2:
+        if begin[b + 1] == begin[b]:
             _by_pipe(b, (low, high), ceiling, carried, foot, square)
             continue
-        y, v = value[known], variance[known]
-        robust = np.ones(len(known))
-        fit = falling(y, 1.0 / v)
-        for _ in range(REWEIGHTS):
-            off = np.abs(y - fit)
-            spread = max(np.median(off / np.sqrt(v)), 1.0)
-            for k in range(len(known)):
-                u = off[k] / (4.685 * spread * np.sqrt(v[k]))
-                robust[k] = max((1.0 - u * u) ** 2, 1e-3) if u < 1.0 else 1e-3
-            fit = falling(y, robust / v)
-        weight[known] = robust
-        _spread_out((low, high), known, fit, square)
+        _spread_out((low, high), known[run], fit[run], square)
         for i in range(low, high):
             square[i] = min(square[i], ceiling)
+
+
+@compiled
+def _known_nodes(first: Ints, foot: Ints, usable: NDArray[np.bool_]) -> tuple[Ints, Ints, Ints]:
+    """Measured nodes, the measured one before each towards the root, and where each branch's begin."""
+    known = np.empty(len(usable), dtype=np.int64)
+    above = np.empty(len(usable), dtype=np.int64)
+    before = np.full(len(usable), -1, dtype=np.int64)  # the last measured node up to every node
+    begin = np.zeros(len(first), dtype=np.int64)
+    count = 0
+    for b in range(len(first) - 1):
+        last = before[foot[b]] if foot[b] >= 0 else -1
+        enough = usable[first[b] : first[b + 1]].sum() >= 2
+        for i in range(first[b], first[b + 1]):
+            if usable[i] and enough:
+                known[count], above[count] = i, last
+                last = count
+                count += 1
+            before[i] = last
+        begin[b + 1] = count
+    return known[:count].copy(), above[:count].copy(), begin
+
+
+@compiled
+def _tukey(off: Floats, error: Floats) -> Floats:
+    """Tukey's weights of residuals, which never go to nothing."""
+    limit = 4.685 * max(np.median(off / error), 1.0)
+    u = np.minimum(off / (limit * error), 1.0)
+    return np.maximum((1.0 - u * u) ** 2, 1e-3)
 
 
 @compiled

@@ -31,12 +31,13 @@ def estimate(local: Floats, radius: float, noise: float) -> Estimate:
         width = _width(local)
         off = np.sqrt((theta[0] - local[:, 0].mean()) ** 2 + (theta[1] - local[:, 1].mean()) ** 2)
         if good and noise < theta[4] < WIDE * width and off < 2.0 * width:
-            square = theta[4] * theta[4] - noise * noise
+            misfit, arc, sure, p, q = _shell(local, theta)
+            blur = max(noise, min(misfit, 0.5 * theta[4]))  # a circle through noise is too wide by its square
+            square = theta[4] * theta[4] - blur * blur
             variance = 4.0 * square * noise * noise * covariance[4, 4]
             if scale > CLEAR * noise + 0.003:
                 variance += scale**4
             middle = 0.5 * (covariance[0, 0] + covariance[1, 1]) * scale * scale
-            misfit, arc, sure, p, q = _shell(local, theta)
             return CYLINDER, theta[0], theta[1], square, variance, middle, misfit, arc, sure, p, q
     return _moments(local, noise, cost)
 
@@ -70,7 +71,8 @@ def _shell(local: Floats, theta: Floats) -> tuple[float, float, float, float, fl
     y = local[:, 1] - theta[1] - theta[3] * local[:, 2]
     away = np.sqrt(x * x + y * y)
     spread = np.median(np.abs(away - theta[4]))
-    misfit = 1.4826 * spread * np.sqrt(len(local) / max(len(local) - 5.0, 1.0))  # five unknowns are fitted
+    # five unknowns are fitted, of which a dozen points leave little
+    misfit = 1.4826 * spread * np.sqrt(len(local) / max(len(local) - 5.0, 0.75 * len(local)))
     arc = _arc(local, theta)
     inner = (away < 0.5 * theta[4]).sum() / len(local)
     sure = _ramp(spread / theta[4], 0.28, 0.15) * _ramp(arc / (2.0 * np.pi), 0.2, 0.4)

@@ -1,4 +1,4 @@
-"""Twigs are lines and leaves are not: how much of a cloud looks like lines."""
+"""What a cloud shows: surfaces where it is dense, lines where it is leafless."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from pipeline.geometry.voxels import ball_moments, first_in_cell
 
 Floats = NDArray[np.float64]
+
+DENSE_M = 0.07  # median distance of neighbouring points up to which they show the surface of the wood
+LEAFY = 0.27  # share of linear neighbourhoods below which leaves hide the wood
 
 BALLS_M = (0.1, 0.2)
 THINNED_M = 0.02
@@ -50,3 +53,15 @@ def linear_share(xyz: Floats) -> float | None:
         line = (spread[:, 2] - spread[:, 1]) / np.maximum(spread[:, 2], 1e-12)
         shares.append(float(np.mean(line > LINE)))
     return max(shares, default=None)
+
+
+def is_leafy(xyz: Floats) -> bool:
+    """Whether leaves hide the wood; a cloud too small to tell counts as leafless.
+
+    Parameters
+    ----------
+    xyz : (P, 3) array
+        A cleaned tree, metres.
+    """
+    share = linear_share(xyz)
+    return share is not None and share < LEAFY

@@ -1,4 +1,4 @@
-"""Smoothing along chains: Whittaker's curve, and the monotone (isotonic) fit."""
+"""Smoothing: Whittaker's curve along chains, and monotone (isotonic) fits along chains and trees."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from pipeline.geometry.compiled import compiled
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 @compiled
@@ -112,3 +113,76 @@ def falling(values: Floats, weight: Floats) -> Floats:
         out[at : at + size[block]] = mean[block]
         at += size[block]
     return out
+
+
+@compiled
+def falling_tree(values: Floats, weight: Floats, parent: Ints) -> Floats:
+    """Weighted least-squares fit on a rooted tree in which no node exceeds its parent.
+
+    From the tips inwards every node starts a block of its own and takes in its largest child block for
+    as long as that one exceeds its mean.
+
+    Parameters
+    ----------
+    values : (N,) array
+    weight : (N,) array
+        Above zero.
+    parent : (N,) array of int
+        Parents before children; -1 at roots.
+
+    References
+    ----------
+    Pardalos & Xue (1999), "Algorithms for a class of isotonic regression problems".
+    """
+    count = len(values)
+    mean, mass = values.copy(), weight.copy()
+    # children of every block as a leftist heap: the largest mean on top
+    top = np.full(count, -1, dtype=np.int64)
+    left, right = np.full(count, -1, dtype=np.int64), np.full(count, -1, dtype=np.int64)
+    rank = np.ones(count, dtype=np.int64)
+    held_by = np.full(count, -1, dtype=np.int64)
+    for i in range(count - 1, -1, -1):
+        while top[i] >= 0 and mean[top[i]] > mean[i]:
+            child = top[i]
+            both = mass[i] + mass[child]
+            mean[i] = (mean[i] * mass[i] + mean[child] * mass[child]) / both
+            mass[i] = both
+            held_by[child] = i
+            rest = _meld(left[child], right[child], mean, left, right, rank)
+            top[i] = _meld(rest, top[child], mean, left, right, rank)
+        left[i] = right[i] = -1
+        rank[i] = 1
+        if parent[i] >= 0:
+            top[parent[i]] = _meld(top[parent[i]], i, mean, left, right, rank)
+    out = np.empty(count)
+    for i in range(count):
+        if held_by[i] >= 0:
+            mean[i] = mean[held_by[i]]
+        out[i] = mean[i]
+    return out
+
+
+@compiled
+def _meld(a: int, b: int, key: Floats, left: Ints, right: Ints, rank: Ints) -> int:
+    """Join two leftist heaps along their right spines and return the top."""
+    if a < 0:
+        return b
+    if b < 0:
+        return a
+    spine = np.empty(128, dtype=np.int64)  # a right spine has log2(N) nodes at most
+    length = 0
+    while a >= 0 and b >= 0:
+        if key[b] > key[a]:
+            a, b = b, a
+        spine[length] = a
+        length += 1
+        a = right[a]
+    below = a if a >= 0 else b
+    for k in range(length - 1, -1, -1):
+        node = spine[k]
+        right[node] = below
+        if left[node] < 0 or rank[left[node]] < rank[right[node]]:
+            left[node], right[node] = right[node], left[node]
+        rank[node] = 1 + (rank[right[node]] if right[node] >= 0 else 0)
+        below = node
+    return below

@@ -16,7 +16,8 @@ from pipeline.geometry.surface import nearest_tube
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-ENOUGH = 60  # points that a window grows for
+ENOUGH = 60  # points that a window grows for where noise is as wide as the wood
+SHARP, FEWEST = 0.06, 16  # with less noise fewer will do: those that give the radius to this share
 LONG_M = 0.15  # a window is about as long as the branch is thick, but no longer than this unasked
 PLENTY = 120  # points beyond which a window is thinned
 
@@ -166,7 +167,8 @@ def _measure(
         for i in range(first[b], first[b + 1]):
             radius = np.sqrt(max(squares[i], 0.0))
             least, most = max(window, min(radius, LONG_M)), max(3.0 * window, 2.0 * radius)
-            low, high = _window(run, node_arc[i], least, most)
+            needed = min(max(2.0 * (noise / max(SHARP * radius, 1e-6)) ** 2, FEWEST), ENOUGH)
+            low, high = _window(run, node_arc[i], least, most, needed)
             count[i] = high - low
             if high - low < FEW:
                 continue
@@ -182,12 +184,12 @@ def _measure(
 
 
 @compiled
-def _window(run: Floats, at: float, least: float, most: float) -> tuple[int, int]:
+def _window(run: Floats, at: float, least: float, most: float, needed: float) -> tuple[int, int]:
     """Positions in `run` within a window around `at` that grows until it holds enough points."""
     half = 0.5 * least
     while True:
         low, high = np.searchsorted(run, at - half), np.searchsorted(run, at + half)
-        if high - low >= ENOUGH or half >= 0.5 * most:
+        if high - low >= needed or half >= 0.5 * most:
             return int(low), int(high)
         half *= 1.3
 

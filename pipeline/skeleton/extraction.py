@@ -9,18 +9,19 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial import cKDTree
 
+from pipeline.geometry.linearity import DENSE_M
 from pipeline.model import PointCloud, Skeleton
 from pipeline.skeleton.geodesic import GeodesicOptions, by_geodesic
+from pipeline.skeleton.greedy import GreedyOptions, by_greedy
 from pipeline.skeleton.mst import MstOptions, by_mst
 
 MICROMETRE = 6  # decimals that nodes are kept to, so that a file gives back the same numbers
-DENSE_M = 0.07  # median distance of neighbouring points up to which slices of surface hold together
 
 
-class SkeletonOptions(MstOptions, GeodesicOptions):
+class SkeletonOptions(MstOptions, GeodesicOptions, GreedyOptions):
     """Options of the skeleton stage."""
 
-    method: Literal["auto", "mst", "geodesic"] = Field(
+    method: Literal["auto", "mst", "geodesic", "greedy"] = Field(
         "auto", description="skeleton method; auto chooses and says why"
     )
 
@@ -28,6 +29,7 @@ class SkeletonOptions(MstOptions, GeodesicOptions):
 METHODS: dict[str, Callable[[PointCloud, SkeletonOptions], Skeleton]] = {
     "mst": by_mst,
     "geodesic": by_geodesic,
+    "greedy": by_greedy,
 }
 
 
@@ -56,10 +58,10 @@ def extract(cloud: PointCloud, *, options: SkeletonOptions | None = None) -> Ske
 
 
 def _choose(cloud: PointCloud) -> tuple[str, str]:
-    """Geodesic where the points lie close enough to show surfaces, else the spanning tree."""
+    """Geodesic where the points lie close enough to show surfaces, else growth from point to point."""
     spacing = cloud.metadata.get("spacing_m")
     if spacing is None:
         spacing = np.median(cKDTree(cloud.xyz).query(cloud.xyz, k=2)[0][:, 1])
     if spacing <= DENSE_M:
         return "geodesic", f"dense: points every {1000 * spacing:.0f} mm"
-    return "mst", f"sparse: points every {1000 * spacing:.0f} mm, too few to show surfaces; shortest paths"
+    return "greedy", f"sparse: points every {1000 * spacing:.0f} mm, too few to show surfaces"

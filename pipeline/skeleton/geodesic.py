@@ -58,7 +58,9 @@ def by_geodesic(cloud: PointCloud, options: GeodesicOptions) -> Skeleton:
     clear = _clear_of_limbs(tree.xyz, limbs.axes)
     margin = options.margin_m + 2.0 * limbs.noise
     tree = keep_chains(tree, is_limb, clear, margin, (options.min_chain_m, options.min_chain_points))
-    return skeleton_of(tree, cloud, options.direction_window_m)
+    skeleton = skeleton_of(tree, cloud, options.direction_window_m)
+    known = {**skeleton.metadata, "noise_m": limbs.noise}
+    return Skeleton(skeleton.xyz, skeleton.parent, skeleton.origin, skeleton.crs, known)
 
 
 def _slices(points: Floats, limbs: Limbs, options: GeodesicOptions) -> tuple[Slices, Ints, Rooted | None]:
