@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,9 +19,10 @@ Floats = NDArray[np.float64]
 
 BREAST_M = 1.3
 SLICES_M = (0.10, 0.15, 0.20)  # heights of the slice; as short as the points allow
-SHARP = 0.003  # standard error, as a share of the radius, with which a slice is long enough
+SHARP = 0.005  # standard error, as a share of the radius, with which a slice is long enough
 LEAST_POINTS = 12
-LEAST_EVIDENCE = 0.2
+STRANGE = 0.4  # a slice whose radius differs from the stem's by this share is something else
+LEAST_TRUST = 0.05
 WITHIN_90 = 1.645
 # Trunks are not round: a share of the diameter that even a perfect scan leaves open.
 OUT_OF_ROUND = 0.004
@@ -80,22 +83,50 @@ def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float)
     share = float(np.clip((BREAST_M - height[low]) / run, 0, 1)) if run > 0 else 1.0
     centre = axes.xyz[low] + share * (axes.xyz[at] - axes.xyz[low])
     radius = float(axes.radius[low] + share * (axes.radius[at] - axes.radius[low]))
-    shared, radii = measured.shared, measured.radii
+    source, error = int(measured.radii.source[at]), float(measured.radii.error[at])
+    shared = measured.shared
     points = shared.xyz[shared.first[0] : shared.first[1]]
+    points = points[np.abs(points[:, 2] - ground_z - BREAST_M) <= SLICES_M[-1] / 2]
     off = np.abs(points[:, 2] - ground_z - BREAST_M)
+    best = _Slice(0.0, 0.0, 0.0)
     for tall in SLICES_M:
-        slab = points[off <= tall / 2]
-        if len(slab) < LEAST_POINTS:
-            continue
-        found = estimate_window(slab, centre, axes.frames()[at], radius, noise)
-        kind, _, _, square, variance, _, spread, arc, sure, _, _ = found
-        agrees = abs(np.sqrt(max(square, 0.0)) - radius) < 0.3 * max(radius, 0.02)
-        sound = kind == CYLINDER and sure > LEAST_EVIDENCE and agrees
-        if sound and (variance <= (2.0 * SHARP * square) ** 2 or tall == SLICES_M[-1]):
-            return _measured(float(np.sqrt(square)), float(variance), float(spread), float(arc), ground_z)
-    arc = float(np.degrees(measured.windows.arc[at])) if radii.source[at] == MEASURED else 0.0
-    lo, hi = _interval(radius, float(radii.error[at]), int(radii.source[at]))
-    return Trunk(2 * radius, lo, hi, arc, RADIUS_SOURCES[int(radii.source[at])], ground_z)
+        best = _slice(points[off <= tall / 2], centre, axes.frames()[at], radius, noise)
+        if 0.0 < best.error <= SHARP * best.radius:
+            break
+    if best.error == 0.0:
+        arc = float(np.degrees(measured.windows.arc[at])) if source == MEASURED else 0.0
+        lo, hi = _interval(radius, error, source)
+        return Trunk(2 * radius, lo, hi, arc, RADIUS_SOURCES[source], ground_z)
+    # the slice says most where it is sharp, the stem as a whole where it is not
+    if source != MEASURED:
+        error = max(error, GUESS * radius)
+    weight = np.array([best.error**-2.0, max(error, 0.01 * radius) ** -2.0])
+    radius = float(weight @ [best.radius, radius] / weight.sum())
+    within = WITHIN_90 * float(np.sqrt(1.0 / weight.sum() + (OUT_OF_ROUND * radius) ** 2))
+    return Trunk(2 * radius, 2 * (radius - within), 2 * (radius + within), best.arc_deg, "measured", ground_z)
+
+
+class _Slice(NamedTuple):
+    """A circle through the slice at breast height; error 0 where the points support none."""
+
+    radius: float
+    error: float
+    arc_deg: float
+
+
+def _slice(points: Floats, centre: Floats, way: Floats, radius: float, noise: float) -> _Slice:
+    """Fit a slice; what disagrees with the stem around it counts for less."""
+    if len(points) < LEAST_POINTS:
+        return _Slice(0.0, 0.0, 0.0)
+    found = estimate_window(points, centre, way, radius, noise)
+    kind, _, _, square, variance, _, spread, arc, sure, _, _ = found
+    r = float(np.sqrt(max(square, 0.0)))
+    strange = abs(r - radius) / max(radius, 0.02)
+    trust = sure * float(np.clip((STRANGE - strange) / (STRANGE / 2), 0.0, 1.0))
+    if kind != CYLINDER or trust <= LEAST_TRUST:
+        return _Slice(0.0, 0.0, 0.0)
+    square_error = variance / (4.0 * r * r) + (0.1 * spread) ** 2 / len(points) ** 0.5
+    return _Slice(r, float(np.sqrt(square_error / trust)), float(np.degrees(arc)))
 
 
 def _interval(radius: float, error: float, source: int) -> tuple[float, float]:
@@ -105,11 +136,3 @@ def _interval(radius: float, error: float, source: int) -> tuple[float, float]:
         return 2 * radius / factor, 2 * radius * factor
     error = max(error, GUESS * radius if source == PROPAGATED else 0.0)
     return 2 * max(radius - WITHIN_90 * error, 0.0), 2 * (radius + WITHIN_90 * error)
-
-
-def _measured(radius: float, variance: float, spread: float, arc: float, ground_z: float) -> Trunk:
-    """A trunk from a fitted slice; the error holds the fit's, the bark's and the stem's roundness."""
-    fit = variance / (4.0 * radius * radius)
-    error = np.sqrt(fit + (OUT_OF_ROUND * radius) ** 2 + (0.1 * spread) ** 2)
-    low, high = 2 * (radius - WITHIN_90 * error), 2 * (radius + WITHIN_90 * error)
-    return Trunk(2 * radius, float(low), float(high), float(np.degrees(arc)), "measured", ground_z)

@@ -11,7 +11,6 @@ from scipy.spatial import ConvexHull, cKDTree
 from pipeline.geometry.linearity import DENSE_M, is_leafy
 from pipeline.model import PointCloud
 
-
 Floats = NDArray[np.float64]
 
 
