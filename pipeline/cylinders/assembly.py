@@ -15,6 +15,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
+FINER = 0.6  # radii are kept more closely than positions: volumes hang on them
+LEAST_M = 0.0002  # no tolerance is finer than this
+
+
 @dataclass(frozen=True)
 class Tolerance:
     """How far the final nodes may leave the dense ones.
@@ -23,34 +27,34 @@ class Tolerance:
     ----------
     share, radius_share : float
         Tolerances of position and radius as shares of the local radius.
-    floor_m, cap_m, radius_cap_m : float
-        Least and largest tolerances, metres.
+    cap_m, radius_cap_m : float
+        Largest tolerances where the points are sharp, metres.
     """
 
     share: float
     radius_share: float
-    floor_m: float
     cap_m: float
     radius_cap_m: float
 
 
-def chosen_nodes(axes: Axes, tolerance: Tolerance, always: Ints) -> Ints:
+def chosen_nodes(axes: Axes, tolerance: Tolerance, least: Floats, always: Ints) -> Ints:
     """Nodes that stay after Douglas-Peucker on position and radius.
 
     Parameters
     ----------
     axes : Axes
     tolerance : Tolerance
+    least : (M,) array
+        Least tolerance at every node, metres: what the points leave open need not be drawn.
     always : (K,) array of int
         Nodes that stay in any case, as the feet of branches do.
     """
-    keep = np.zeros(len(axes.xyz), dtype=bool)
-    keep[axes.foot[1:]] = True
-    keep[always] = True
+    least = np.maximum(least, LEAST_M)
     radius = axes.radius
-    floor, cap = tolerance.floor_m, max(tolerance.floor_m, tolerance.cap_m)
-    place = np.clip(tolerance.share * radius, floor, cap)
-    width = np.clip(tolerance.radius_share * radius, floor, max(floor, tolerance.radius_cap_m))
+    place = np.maximum(np.minimum(tolerance.share * radius, tolerance.cap_m), least)
+    width = np.maximum(np.minimum(tolerance.radius_share * radius, tolerance.radius_cap_m), FINER * least)
+    keep = np.zeros(len(axes.xyz), dtype=bool)
+    keep[axes.foot[1:]] = keep[always] = True
     for b in range(len(axes.foot)):
         low, high = int(axes.first[b]), int(axes.first[b + 1])
         stops = np.flatnonzero(keep[low:high]) + low

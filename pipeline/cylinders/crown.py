@@ -22,13 +22,20 @@ class Crown:
     ----------
     diameter_m : float
         Of the circle with the area of the points' convex hull in plan, metres.
-    leafy, sparse : bool
-        Whether leaves, or too few points, keep the bark from showing.
+    spacing_m : float
+        Median distance of neighbouring points, metres.
+    leafy : bool
+        Whether leaves keep the bark from showing.
     """
 
     diameter_m: float
+    spacing_m: float
     leafy: bool
-    sparse: bool
+
+    @property
+    def sparse(self) -> bool:
+        """Whether the points are too few for bark to show."""
+        return self.spacing_m > DENSE_M
 
     @property
     def shows_bark(self) -> bool:
@@ -51,4 +58,4 @@ def crown_of(cloud: PointCloud, xyz: Floats) -> Crown:
         area = ConvexHull(xyz[:, :2]).volume
     if spacing is None:
         spacing = np.median(cKDTree(xyz).query(xyz, k=2)[0][:, 1])
-    return Crown(float(2.0 * np.sqrt(area / np.pi)), leafy=is_leafy(xyz), sparse=float(spacing) > DENSE_M)
+    return Crown(float(2.0 * np.sqrt(area / np.pi)), float(spacing), is_leafy(xyz))

@@ -23,7 +23,7 @@ from pipeline.geometry.noise import range_noise
 from pipeline.geometry.sides import complete, seen_from
 from pipeline.geometry.smoothing import whittaker
 from pipeline.geometry.surface import Tubes, nearest_tube
-from pipeline.geometry.windows import Windows, measure, share_out
+from pipeline.geometry.windows import Shared, Windows, measure, share_out
 from pipeline.model import PointCloud, Skeleton, TreeModel
 from pipeline.options import Options
 
@@ -32,6 +32,10 @@ Floats = NDArray[np.float64]
 FIRST_NOISE_M = 0.002
 CENTRE_M = 0.01  # a centre known to this has half the weight of a perfect one
 MICROMETRE = 6  # decimals that nodes are kept to, so that a file gives back the same numbers
+NORMAL = 1.4826  # standard deviation over median distance, for normal noise
+SPEAKS_FOR = 30.0  # points
+THIN_SCATTER = 1.75  # what noise alone makes of the points of a thin twig, over its standard deviation
+LOOSE_RADII = 0.65  # scattered points loosen the tolerance to this share of the radius at most
 UNSEEN = 0.05  # weight of a node that no window moves: it holds its place unless its neighbours insist
 
 
@@ -41,7 +45,7 @@ class CylinderOptions(Options):
     step_m: float = Field(0.04, gt=0, le=1, description="spacing of the nodes that are measured, metres")
     window_m: float = Field(0.04, gt=0, le=1, description="least length of a measuring window, metres")
     rounds: int = Field(2, ge=1, le=10, description="times that points are shared out and measured again")
-    stiffness: float = Field(1.0, ge=0, le=1000, description="how much the axes resist bending")
+    stiffness: float = Field(0.8, ge=0, le=1000, description="how much the axes resist bending")
     min_arc_deg: float = Field(
         90.0, ge=0, le=360, description="least arc of bark for a radius to count as measured, degrees"
     )
@@ -56,8 +60,13 @@ class CylinderOptions(Options):
         0.15, ge=0, le=2, description="tolerance of node positions as a share of the radius"
     )
     radius_share: float = Field(0.08, ge=0, le=2, description="tolerance of radii as a share of the radius")
-    tolerance_cap_m: float = Field(0.006, gt=0, le=1, description="largest tolerance of nodes, metres")
-    radius_cap_m: float = Field(0.001, gt=0, le=1, description="largest tolerance of radii, metres")
+    tolerance_cap_m: float = Field(0.007, gt=0, le=1, description="largest tolerance of nodes, metres")
+    cap_noises: float = Field(2.5, ge=0, le=20, description="the same cap in noises, where that is more")
+    noise_share: float = Field(0.6, ge=0, le=5, description="least tolerance as a share of the range noise")
+    excess_share: float = Field(
+        3.0, ge=0, le=5, description="and as a share of what the points scatter beyond the noise"
+    )
+    radius_cap_m: float = Field(0.0012, gt=0, le=1, description="largest tolerance of radii, metres")
     min_radius_m: float = Field(0.003, gt=0, le=0.1, description="least radius in the model, metres")
 
 
@@ -83,9 +92,9 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
     """
     options = options or CylinderOptions()
     xyz = np.ascontiguousarray(cloud.xyz + (cloud.origin - skeleton.origin))
+    crown, circles = crown_of(cloud, xyz), skeleton.metadata.get("stem_circles", ())
     axes = axes_of(skeleton, options.step_m)
     noise = float(skeleton.metadata.get("noise_m", FIRST_NOISE_M))
-    crown, circles = crown_of(cloud, xyz), skeleton.metadata.get("stem_circles", ())
     for number in range(options.rounds + 1):
         shared = share_out(xyz, axes)
         windows = _outside(axes, measure(axes, shared, noise, options.window_m))
@@ -123,6 +132,27 @@ def _recentre(axes: Axes, windows: Windows, stiffness: float) -> Axes:
     return axes.at(xyz)
 
 
+def looseness(axes: Axes, shared: Shared, noise: float) -> Floats:
+    """(M,) how far the points of each branch scatter about its surface beyond the noise, metres.
+
+    Parameters
+    ----------
+    axes : Axes
+    shared : Shared
+        The points of each branch.
+    noise : float
+        Range noise, metres.
+    """
+    away = np.abs(shared.away)
+    count = np.diff(shared.first)
+    runs = zip(shared.first[:-1], shared.first[1:], strict=True)
+    own = np.array([np.median(away[low:high]) if high > low else 0.0 for low, high in runs])
+    # a branch of few points fits them too well: the tree speaks for it as so many points
+    scatter = (count * own + SPEAKS_FOR * np.median(away)) / (count + SPEAKS_FOR)
+    excess = (NORMAL * scatter) ** 2 - (THIN_SCATTER * noise) ** 2
+    return np.asarray(np.sqrt(np.maximum(excess, 0.0))[axes.branch])
+
+
 def _model(
     skeleton: Skeleton,
     axes: Axes,
@@ -135,15 +165,16 @@ def _model(
     tolerance = Tolerance(
         share=options.tolerance_share,
         radius_share=options.radius_share,
-        floor_m=0.35 * noise,
-        cap_m=max(options.tolerance_cap_m, 0.8 * noise),
+        cap_m=max(options.tolerance_cap_m, options.cap_noises * noise),
         radius_cap_m=options.radius_cap_m,
     )
     known = {**skeleton.metadata, "noise_mm": 1000.0 * noise}
     ground = float(known.get("ground_z", axes.xyz[0, 2]))
     trunk = breast_height(axes, measured, noise, ground)
     axes = through_breast_height(axes, trunk)
-    chosen = chosen_nodes(axes, tolerance, around_breast_height(axes, ground))
+    loose = options.excess_share * looseness(axes, measured.shared, noise)
+    least = options.noise_share * noise + np.minimum(loose, LOOSE_RADII * axes.radius)
+    chosen = chosen_nodes(axes, tolerance, least, around_breast_height(axes, ground))
     body, parent = assemble(axes, chosen)
     warnings = flags(axes, measured, ground)
     known["flags"] = tuple(sorted({*known.get("flags", ()), *warnings}))

@@ -21,11 +21,11 @@ Ints = NDArray[np.int64]
 
 REWEIGHTS = 3
 PIPE = 1.0  # a branch's cross-section follows the length that it carries (pipe model)
-DOUBT = 1.0  # relative error of a squared radius from points that look like anything but bark
+DOUBT = 0.15  # relative error of a squared radius from points that look like anything but bark
 WEAK = 0.25  # evidence below which a window does not count as bark
 SLIM_M = 0.015  # radii below this are left alone
 LEARN = 30  # nodes that it takes to learn the tree's habit
-HABIT = 0.35  # relative spread of radii about that habit
+HABIT = 0.5  # relative spread of radii about that habit
 CARRIED_M = 0.05  # a tip carries something too
 GUESS = 0.3  # relative standard error of a radius that no points support
 

@@ -76,12 +76,15 @@ class Shared:
         Where each branch's points begin, and the end of the last.
     node_arc : (M,) array
         Position of every node along its branch, in metres.
+    away : (P,) array
+        Distance from the surface, in metres; below zero inside.
     """
 
     xyz: Floats
     arc: Floats
     first: Ints
     node_arc: Floats
+    away: Floats
 
 
 def share_out(xyz: Floats, axes: Axes) -> Shared:
@@ -103,7 +106,7 @@ def share_out(xyz: Floats, axes: Axes) -> Shared:
     branch = axes.branch[at]
     order = np.lexsort((arc, branch))
     first = np.searchsorted(branch[order], np.arange(len(axes.foot) + 1))
-    return Shared(np.ascontiguousarray(xyz[order]), arc[order], first, node_arc)
+    return Shared(np.ascontiguousarray(xyz[order]), arc[order], first, node_arc, near.surface[order])
 
 
 def measure(axes: Axes, shared: Shared, noise: float, window_m: float) -> Windows:
