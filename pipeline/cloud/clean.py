@@ -19,6 +19,7 @@ from pipeline.cloud.outliers import outliers, spacing, strays
 from pipeline.cloud.thinning import cap, thin
 from pipeline.cloud.usable import require_one_tree, require_points, require_volume
 from pipeline.errors import InputFormatError
+from pipeline.geometry.azimuth import Frame
 from pipeline.geometry.linearity import DENSE_M, is_leafy
 from pipeline.model import PointCloud
 
@@ -65,6 +66,9 @@ class CleanOptions(LeafOptions):
     leaves: Literal["auto", "keep", "drop"] = Field(
         "auto", description="leaf points of dense clouds; auto drops them where leaves are found"
     )
+    canonical_azimuth: bool = Field(
+        True, description="work in a frame that turns with the cloud, so that north makes no difference"
+    )
     max_extent_m: float = Field(100.0, gt=0, description="a cloud larger than this is not one tree (metres)")
 
 
@@ -103,9 +107,11 @@ def clean(
     tree, classified = _by_class(tree, tally)
     tree = canonical(tally.drop("outlier", tree, strays(tree.xyz)))
     tree = tally.drop("duplicate", tree, repeats(tree.xyz))
+    if len(tree):
+        tree = canonical(_frame(tree, options).snapped(tree))
     require_points(tree, tally.points_in, tally.dropped)
     require_volume(tree)  # before the ground is looked for: a flat cloud would be all ground
-    tree = tally.keep("voxel", tree, thin(tree.xyz, voxel_m=options.voxel_m))
+    tree = _thinned(tree, options, tally)
     surface, source = _surface(tree, classified, ground, options)
     if surface is not None:  # before the outliers: a dense ground would make a sparse tree look like them
         tree = tally.drop("ground", tree, surface.layer(tree.xyz))
@@ -140,6 +146,20 @@ class _Tally:
         """Return the points at `index` alone; the others are counted as `kind`."""
         self.dropped[kind] += len(cloud) - len(index)
         return cloud.take(index) if len(index) < len(cloud) else cloud
+
+
+def _thinned(cloud: PointCloud, options: CleanOptions, tally: _Tally) -> PointCloud:
+    """Keep one point a cell; the cells stand as the cloud itself does, not as the map."""
+    frame = Frame.of(cloud.xyz, cloud.metadata)
+    turned = frame.turn(cloud.xyz)
+    order = frame.order(turned)
+    kept = np.sort(order[thin(turned[order], voxel_m=options.voxel_m)])
+    return tally.keep("voxel", cloud, kept)
+
+
+def _frame(cloud: PointCloud, options: CleanOptions) -> Frame:
+    """Return the frame in which the tree is measured."""
+    return Frame.of(cloud.xyz, cloud.metadata) if options.canonical_azimuth else Frame(0.0, (0.0, 0.0))
 
 
 def _by_class(cloud: PointCloud, tally: _Tally) -> tuple[PointCloud, Floats]:
@@ -252,7 +272,12 @@ def _wood_of(tree: PointCloud, options: CleanOptions, tally: _Tally) -> PointClo
     leafy = options.leaves == "drop" or (options.leaves == "auto" and is_leafy(tree.xyz))
     if not leafy or tree.metadata["spacing_m"] > DENSE_M:
         return tree
-    wood = tally.drop("leaf", tree, find_leaves(tree.xyz, options=options))
+    frame = Frame.of(tree.xyz, tree.metadata)
+    turned = frame.turn(tree.xyz)
+    order = frame.order(turned)
+    leaves = np.empty(len(tree), dtype=bool)
+    leaves[order] = find_leaves(turned[order], options=options)
+    wood = tally.drop("leaf", tree, leaves)
     require_points(wood, tally.points_in, tally.dropped)
     known = {
         "points_used": len(wood),

@@ -34,7 +34,7 @@ from pipeline.model import Floats, PointCloud
 
 KEPT = ("classification", "intensity", "return_number", "number_of_returns", "withheld")
 TAKEN = frozenset("XYZxyz")
-SCALE_M = 1e-5
+SCALE_M = 1e-7
 USER_ID = "treepipe"
 FIRST_RECORD = 1
 RECORD_BYTES = 65535

@@ -13,11 +13,11 @@ from pipeline.model import PointCloud
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-DECIMALS = 5  # coordinates are held to 0.01 mm: finer than any scanner, coarser than float noise at 400 km
+DECIMALS = 11  # what is nearer than this is float rounding
 
 
 def canonical(cloud: PointCloud) -> PointCloud:
-    """Round the coordinates to 0.01 mm and sort the rows by z, then y, then x.
+    """Round off float noise and sort the rows by z, then y, then x.
 
     Points at one place are ordered by their attributes, so that which of them comes first does
     not depend on the rows either.

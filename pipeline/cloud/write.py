@@ -14,7 +14,7 @@ from pipeline.output import whole_file
 def write_cloud(cloud: PointCloud, path: str | os.PathLike[str]) -> None:
     """Write a cloud so that `read_cloud` gives the same origin, CRS, attributes and metadata.
 
-    Coordinates keep 0.01 mm (less where the cloud reaches beyond 21 km from its origin). The same
+    Coordinates keep 0.1 um (less where the cloud reaches beyond 214 m from its origin). The same
     cloud gives the same bytes.
 
     Parameters

@@ -19,6 +19,9 @@ Floats = NDArray[np.float64]
 
 BREAST_M = 1.3
 SLICES_M = (0.10, 0.15, 0.20)  # heights of the slice; as short as the points allow
+NEIGHBOURS_M = (-0.45, -0.30, -0.15, 0.0, 0.15, 0.30, 0.45)  # slices that show how even the stem is,
+NEIGHBOUR_M = 0.15  # and how tall they are
+NORMAL = 1.4826  # standard deviation over median distance, for normal errors
 SHARP = 0.005  # standard error, as a share of the radius, with which a slice is long enough
 LEAST_POINTS = 12
 STRANGE = 0.4  # a slice whose radius differs from the stem's by this share is something else
@@ -102,8 +105,31 @@ def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float)
         error = max(error, GUESS * radius)
     weight = np.array([best.error**-2.0, max(error, 0.01 * radius) ** -2.0])
     radius = float(weight @ [best.radius, radius] / weight.sum())
-    within = WITHIN_90 * float(np.sqrt(1.0 / weight.sum() + (OUT_OF_ROUND * radius) ** 2))
-    return Trunk(2 * radius, 2 * (radius - within), 2 * (radius + within), best.arc_deg, "measured", ground_z)
+    uneven = max(OUT_OF_ROUND, _unevenness(axes, measured, noise, ground_z))
+    within = WITHIN_90 * float(np.sqrt(1.0 / weight.sum() + (uneven * radius) ** 2))
+    lo, hi = 2 * max(radius - within, 0.0), 2 * (radius + within)
+    return Trunk(2 * radius, lo, hi, best.arc_deg, "measured", ground_z)
+
+
+def _unevenness(axes: Axes, measured: Measured, noise: float, ground_z: float) -> float:
+    """Robust spread of the radii of slices near breast height about the stem's own, as a share."""
+    stem, shared = slice(int(axes.first[0]), int(axes.first[1])), measured.shared
+    height, ways = axes.xyz[stem, 2] - ground_z - BREAST_M, axes.frames()
+    points = shared.xyz[shared.first[0] : shared.first[1]]
+    off = points[:, 2] - ground_z - BREAST_M
+    ratios = []
+    for away in NEIGHBOURS_M:
+        node = stem.start + int(np.argmin(np.abs(height - away)))
+        near = points[np.abs(off - away) <= NEIGHBOUR_M / 2]
+        if len(near) < LEAST_POINTS:
+            continue
+        radius = float(axes.radius[node])
+        found = estimate_window(near, axes.xyz[node], ways[node], radius, noise)
+        if found[0] == CYLINDER:
+            ratios.append(np.sqrt(max(found[3], 0.0)) / max(radius, 1e-3))
+    if len(ratios) < 3:
+        return 0.0
+    return NORMAL * float(np.median(np.abs(ratios - np.median(ratios))))
 
 
 class _Slice(NamedTuple):

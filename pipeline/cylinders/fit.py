@@ -14,10 +14,12 @@ from pipeline.cylinders.assembly import Tolerance, assemble, chosen_nodes
 from pipeline.cylinders.breast import around_breast_height, breast_height, through_breast_height
 from pipeline.cylinders.circles import with_circles
 from pipeline.cylinders.crown import crown_of
+from pipeline.cylinders.intervals import intervals
 from pipeline.cylinders.measured import Measured, flags
 from pipeline.cylinders.radii import smooth
 from pipeline.cylinders.restructure import continue_anew, drop_hidden
 from pipeline.geometry.axes import Axes, axes_of
+from pipeline.geometry.azimuth import Frame
 from pipeline.geometry.estimates import NONE
 from pipeline.geometry.noise import range_noise
 from pipeline.geometry.sides import complete, seen_from
@@ -90,8 +92,14 @@ def fit(cloud: PointCloud, skeleton: Skeleton, *, options: CylinderOptions | Non
     ----------
     Du et al. (2019), "AdTree", section 2.4, fits the trunk alone; here every branch is fitted.
     """
-    options = options or CylinderOptions()
-    xyz = np.ascontiguousarray(cloud.xyz + (cloud.origin - skeleton.origin))
+    frame = Frame.of(cloud.xyz, cloud.metadata)
+    turned = frame.skeleton(skeleton, cloud.origin)
+    return frame.tree_back(_fit(frame.cloud(cloud), turned, options or CylinderOptions()))
+
+
+def _fit(cloud: PointCloud, skeleton: Skeleton, options: CylinderOptions) -> TreeModel:
+    """Fit a tree in the frame of its cloud."""
+    xyz = cloud.xyz
     crown, circles = crown_of(cloud, xyz), skeleton.metadata.get("stem_circles", ())
     axes = axes_of(skeleton, options.step_m)
     noise = float(skeleton.metadata.get("noise_m", FIRST_NOISE_M))
@@ -183,6 +191,8 @@ def _model(
     radius = np.maximum(axes.radius[body], options.min_radius_m)
     tree = TreeModel(graph, radius, radii.source[body], radii.error[body], trunk)
     known["surface_mm"] = surface_distance(measured.shared.xyz, tree)
+    leaves = dict(known.get("dropped") or {}).get("leaf") or 0
+    known |= intervals(tree, axes, measured, noise, leaves_dropped=leaves)
     return TreeModel(graph, radius, radii.source[body], radii.error[body], trunk, known)
 
 

@@ -73,7 +73,7 @@ def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown: Crown) -> Rad
     count = len(axes.xyz)
     usable = (windows.kind != NONE) & (windows.variance > 0) & np.isfinite(windows.variance)
     square, weight = np.zeros(count), np.zeros(count)
-    carried = _carried(axes)
+    carried = carried_length(axes)
     stem, is_measured = _lower_stem(axes, windows, crown.diameter_m)
     pipe = stem * carried / max(carried[0], 1e-9)
     # leaves and sparse points are wider than the wood: there the pipe model stands in for them
@@ -158,7 +158,7 @@ def _lower_stem(axes: Axes, windows: Windows, crown_m: float) -> tuple[float, bo
     return (allometric_diameter(tall, crown_m) / 2) ** 2, False
 
 
-def _carried(axes: Axes) -> Floats:
+def carried_length(axes: Axes) -> Floats:
     """(M,) length of wood beyond every node, side branches included."""
     step = np.linalg.norm(np.diff(axes.xyz, axis=0, prepend=axes.xyz[:1]), axis=1)
     step[axes.first[:-1]] = 0.0

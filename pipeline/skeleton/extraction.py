@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 from scipy.spatial import cKDTree
 
+from pipeline.geometry.azimuth import Frame
 from pipeline.geometry.linearity import DENSE_M
 from pipeline.model import PointCloud, Skeleton
 from pipeline.skeleton.geodesic import GeodesicOptions, by_geodesic
 from pipeline.skeleton.greedy import GreedyOptions, by_greedy
 from pipeline.skeleton.mst import MstOptions, by_mst
 
-MICROMETRE = 6  # decimals that nodes are kept to, so that a file gives back the same numbers
 
 
 class SkeletonOptions(MstOptions, GeodesicOptions, GreedyOptions):
@@ -52,9 +53,10 @@ def extract(cloud: PointCloud, *, options: SkeletonOptions | None = None) -> Ske
     reason = "asked for"
     if name == "auto":
         name, reason = _choose(cloud)
-    skeleton = METHODS[name](cloud, options)
+    frame = Frame.of(cloud.xyz, cloud.metadata)
+    skeleton = frame.skeleton_back(METHODS[name](frame.cloud(cloud), options))
     known = {**skeleton.metadata, "method": name, "method_reason": reason}
-    return Skeleton(np.round(skeleton.xyz, MICROMETRE), skeleton.parent, skeleton.origin, skeleton.crs, known)
+    return replace(skeleton, metadata=known)
 
 
 def _choose(cloud: PointCloud) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from pipeline.geometry.axes import Axes
 from pipeline.geometry.surface import nearest_tube
-from pipeline.geometry.voxels import first_in_cell
+from pipeline.geometry.voxels import cell_means
 from pipeline.model import PointCloud, Skeleton
 from pipeline.options import Options
 from pipeline.skeleton.chains import INSIDE, keep_chains
@@ -52,7 +52,7 @@ def by_geodesic(cloud: PointCloud, options: GeodesicOptions) -> Skeleton:
         Numbered path by path.
     """
     limbs = find_limbs(cloud.xyz, neighbours=options.fine_neighbours, window_m=options.direction_window_m)
-    points = cloud.xyz[first_in_cell(cloud.xyz, options.fine_m)]
+    points = cell_means(cloud.xyz, options.fine_m)
     slices, entry, limb_nodes = _slices(points, limbs, options)
     tree, is_limb = _join(slices.less_noise(limbs.noise), entry, limb_nodes)
     clear = _clear_of_limbs(tree.xyz, limbs.axes)

@@ -16,6 +16,10 @@ from pipeline.geometry.spanning import shortest_bridges
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+STEP_M = 1e-5  # lengths are compared in steps of this: points on a raster lie equally far from many others
+SPARE = 4  # neighbours asked for beyond those needed, to choose among equals
+CLEARLY = 1.0 - 1e-4
+
 
 @dataclass(frozen=True, eq=False)
 class Slices:
@@ -62,8 +66,7 @@ def joined_neighbours(xyz: Floats, neighbours: int) -> tuple[Ints, Ints]:
     pairs : (E, 2) array of int
         Every edge once, the smaller index first, sorted.
     """
-    count = min(neighbours + 1, len(xyz))
-    near = cKDTree(xyz).query(xyz, k=count)[1].reshape(len(xyz), -1)[:, 1:].astype(np.int64)
+    near = _nearest(xyz, min(neighbours, len(xyz) - 1))
     pairs = np.column_stack([np.repeat(np.arange(len(xyz)), near.shape[1]), near.ravel()])
     graph = coo_array((np.ones(len(pairs), dtype=np.int8), pairs.T), shape=(len(xyz), len(xyz)))
     parts, part = connected_components(graph, directed=False)
@@ -72,6 +75,16 @@ def joined_neighbours(xyz: Floats, neighbours: int) -> tuple[Ints, Ints]:
     pairs.sort(axis=1)
     a, b = np.divmod(np.unique(pairs[:, 0] * len(xyz) + pairs[:, 1]), len(xyz))
     return near, np.column_stack([a, b])
+
+
+def _nearest(xyz: Floats, count: int) -> Ints:
+    """(P, count) nearest other points; of those that lie equally far (on a raster), the first ones."""
+    asked = min(count + 1 + SPARE, len(xyz))
+    away, near = cKDTree(xyz).query(xyz, k=asked)
+    away, near = away.reshape(len(xyz), -1)[:, 1:], near.reshape(len(xyz), -1)[:, 1:].astype(np.int64)
+    step = np.round(away / STEP_M).astype(np.int64)
+    order = np.argsort(step * len(xyz) + near, axis=1, kind="stable")[:, :count]
+    return np.take_along_axis(near, order, axis=1)
 
 
 def gabriel(xyz: Floats, near: Ints, pairs: Ints) -> Ints:
@@ -112,7 +125,7 @@ def _gabriel(xyz: Floats, near: Ints, pairs: Ints) -> NDArray[np.bool_]:
                 total = 0.0
                 for d in range(3):
                     total += (xyz[i, d] - xyz[k, d]) ** 2 + (xyz[k, d] - xyz[j, d]) ** 2
-                if total < square:
+                if total < CLEARLY * square:
                     keep[e] = False
                     break
             if not keep[e]:
@@ -138,15 +151,17 @@ def distances(xyz: Floats, pairs: Ints, sources: Ints, cost: Floats) -> tuple[Fl
         The point before each on its way; -1 where a source starts by itself.
     """
     count = len(xyz)
-    length = np.maximum(np.linalg.norm(xyz[pairs[:, 0]] - xyz[pairs[:, 1]], axis=1), 1e-9)
+    # in whole steps sums are exact, so that ways of equal length stay equal however the cloud is turned
+    length = np.linalg.norm(xyz[pairs[:, 0]] - xyz[pairs[:, 1]], axis=1)
+    length = np.maximum(np.round(length / STEP_M), 1.0)
     rows = np.concatenate([pairs[:, 0], pairs[:, 1], np.full(len(sources), count)])
     columns = np.concatenate([pairs[:, 1], pairs[:, 0], sources])
-    weights = np.concatenate([length, length, cost + 1e-9])
+    weights = np.concatenate([length, length, np.round(cost / STEP_M) + 1.0])
     graph = csr_array((weights, (rows, columns)), shape=(count + 1, count + 1))
     distance, before = dijkstra(graph, indices=count, return_predecessors=True)
     before = before[:count].astype(np.int64)
     before[before == count] = -1
-    return distance[:count], before
+    return (distance[:count] - 1.0) * STEP_M, before
 
 
 def slice_points(

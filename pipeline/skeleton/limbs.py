@@ -15,7 +15,7 @@ from pipeline.geometry.estimates import CYLINDER
 from pipeline.geometry.noise import range_noise
 from pipeline.geometry.numbering import number_by_paths
 from pipeline.geometry.smoothing import falling, whittaker
-from pipeline.geometry.voxels import first_in_cell
+from pipeline.geometry.voxels import cell_means, first_in_cell
 from pipeline.geometry.windows import Windows, measure, share_out
 from pipeline.skeleton.chains import keep_chains
 from pipeline.skeleton.levels import distances, joined_neighbours, slice_points
@@ -91,7 +91,7 @@ def find_limbs(xyz: Floats, *, neighbours: int, window_m: float) -> Limbs:
     window_m : float
         Length over which directions are taken at forks, metres.
     """
-    coarse = xyz[first_in_cell(xyz, COARSE_M)]
+    coarse = cell_means(xyz, COARSE_M)
     base = find_base(coarse, 0.3)
     tree = _coarse_tree(coarse, base, neighbours)
     if len(tree.parent) < 3:

@@ -67,7 +67,7 @@ def test_the_file_is_plain_las_for_others(tmp_path: Path) -> None:
     las = laspy.read(tmp_path / "tree.laz")
     assert (las.header.version.minor, las.header.point_format.id) == (4, 6)
     assert las.header.global_encoding.wkt
-    assert las.header.scales.tolist() == [1e-5] * 3
+    assert las.header.scales.tolist() == [1e-7] * 3
     np.testing.assert_allclose(las.xyz, cloud().world, rtol=0, atol=1e-6)
 
 
