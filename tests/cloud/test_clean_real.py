@@ -45,7 +45,7 @@ def test_ground_of_class_2_is_used(shared_data: Path) -> None:
     tree = clean(read_cloud(shared_data / "trees/treetraits_pine0129.laz"))
     assert tree.metadata["ground_source"] == "class"
     assert 1465 <= tree.metadata["dropped"]["ground"] < 2000
-    assert tree.metadata["flags"] == ()
+    assert tree.metadata["flags"] == ("leafy",)
 
 
 def test_ground_of_a_file_is_used(shared_data: Path) -> None:

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from pipeline.cloud import clean, read_cloud
+from pipeline.cloud import CleanOptions, clean, read_cloud
 from pipeline.cloud.clumps import components
 from pipeline.cloud.leaves import FLOOR, LeafOptions, find_leaves, heaviest_part, line_scores
 from pipeline.geometry.voxels import first_in_cell
@@ -214,7 +214,8 @@ def test_no_connected_part_is_heavier(data: st.DataObject) -> None:
 def test_stems_of_real_trees_stay(
     shared_data: Path, name: str, crown_z: float, low: float, high: float
 ) -> None:
-    xyz = clean(read_cloud(shared_data / "trees" / name)).xyz
+    cloud = clean(read_cloud(shared_data / "trees" / name), options=CleanOptions(leaves="keep"))
+    xyz = cloud.xyz
     leaf = find_leaves(xyz)
     assert leaf[xyz[:, 2] < crown_z].mean() < 0.02
     assert low < leaf.mean() < high
