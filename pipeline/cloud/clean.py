@@ -268,10 +268,14 @@ def _described(tree: PointCloud, surface: Ground | None, source: str, tally: _Ta
 
 
 def _wood_of(tree: PointCloud, options: CleanOptions, tally: _Tally) -> PointCloud:
-    """Return the wood of a dense cloud in leaf; height, crown and ground are still the whole tree's."""
-    leafy = options.leaves == "drop" or (options.leaves == "auto" and is_leafy(tree.xyz))
-    if not leafy or tree.metadata["spacing_m"] > DENSE_M:
-        return tree
+    """Return the wood of a dense cloud in leaf; height, crown and ground are still the whole tree's.
+
+    Whether the points that remain are leaves goes into the metadata.
+    """
+    seen = is_leafy(tree.xyz)
+    wanted = options.leaves == "drop" or (options.leaves == "auto" and seen)
+    if not wanted or tree.metadata["spacing_m"] > DENSE_M:
+        return tree.take(slice(None), leafy_points=seen)
     frame = Frame.of(tree.xyz, tree.metadata)
     turned = frame.turn(tree.xyz)
     order = frame.order(turned)
@@ -283,6 +287,7 @@ def _wood_of(tree: PointCloud, options: CleanOptions, tally: _Tally) -> PointClo
         "points_used": len(wood),
         "dropped": tally.dropped,
         "spacing_m": spacing(wood.xyz),
+        "leafy_points": False,
         "flags": tuple(sorted({*tally.flags, "leafy"})),
     }
     return PointCloud(wood.xyz, wood.origin, wood.crs, wood.attributes, {**wood.metadata, **known})

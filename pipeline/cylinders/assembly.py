@@ -54,12 +54,10 @@ def chosen_nodes(axes: Axes, tolerance: Tolerance, least: Floats, always: Ints) 
     place = np.maximum(np.minimum(tolerance.share * radius, tolerance.cap_m), least)
     width = np.maximum(np.minimum(tolerance.radius_share * radius, tolerance.radius_cap_m), FINER * least)
     keep = np.zeros(len(axes.xyz), dtype=bool)
-    keep[axes.foot[1:]] = keep[always] = True
+    keep[axes.foot[1:]] = keep[always] = keep[axes.first[:-1]] = keep[axes.first[1:] - 1] = True
     for b in range(len(axes.foot)):
         low, high = int(axes.first[b]), int(axes.first[b + 1])
-        stops = np.flatnonzero(keep[low:high]) + low
-        stops = np.unique(np.concatenate([[low], stops, [high - 1]]))
-        for a, z in pairwise(stops):
+        for a, z in pairwise(np.flatnonzero(keep[low:high]) + low):
             run = slice(int(a), int(z) + 1)
             unit = np.cumsum(np.concatenate([[0.0], np.diff(radius[run]) / width[run][1:]]))
             keep[run] |= douglas_peucker(np.column_stack([axes.xyz[run], unit]), place[run])

@@ -58,4 +58,7 @@ def crown_of(cloud: PointCloud, xyz: Floats) -> Crown:
         area = ConvexHull(xyz[:, :2]).volume
     if spacing is None:
         spacing = np.median(cKDTree(xyz).query(xyz, k=2)[0][:, 1])
-    return Crown(float(2.0 * np.sqrt(area / np.pi)), float(spacing), is_leafy(xyz))
+    leafy = cloud.metadata.get("leafy_points")
+    if leafy is None:
+        leafy = is_leafy(xyz)
+    return Crown(float(2.0 * np.sqrt(area / np.pi)), float(spacing), bool(leafy))

@@ -37,7 +37,7 @@ MICROMETRE = 6  # decimals that nodes are kept to, so that a file gives back the
 NORMAL = 1.4826  # standard deviation over median distance, for normal noise
 SPEAKS_FOR = 30.0  # points
 THIN_SCATTER = 1.75  # what noise alone makes of the points of a thin twig, over its standard deviation
-LOOSE_RADII = 0.65  # scattered points loosen the tolerance to this share of the radius at most
+LOOSE_RADII = 0.8  # scattered points loosen the tolerance to this share of the radius at most
 UNSEEN = 0.05  # weight of a node that no window moves: it holds its place unless its neighbours insist
 
 
@@ -47,7 +47,7 @@ class CylinderOptions(Options):
     step_m: float = Field(0.04, gt=0, le=1, description="spacing of the nodes that are measured, metres")
     window_m: float = Field(0.04, gt=0, le=1, description="least length of a measuring window, metres")
     rounds: int = Field(2, ge=1, le=10, description="times that points are shared out and measured again")
-    stiffness: float = Field(0.8, ge=0, le=1000, description="how much the axes resist bending")
+    stiffness: float = Field(1.0, ge=0, le=1000, description="how much the axes resist bending")
     min_arc_deg: float = Field(
         90.0, ge=0, le=360, description="least arc of bark for a radius to count as measured, degrees"
     )
@@ -64,9 +64,9 @@ class CylinderOptions(Options):
     radius_share: float = Field(0.08, ge=0, le=2, description="tolerance of radii as a share of the radius")
     tolerance_cap_m: float = Field(0.007, gt=0, le=1, description="largest tolerance of nodes, metres")
     cap_noises: float = Field(2.5, ge=0, le=20, description="the same cap in noises, where that is more")
-    noise_share: float = Field(0.6, ge=0, le=5, description="least tolerance as a share of the range noise")
+    noise_share: float = Field(0.65, ge=0, le=5, description="least tolerance as a share of the range noise")
     excess_share: float = Field(
-        3.0, ge=0, le=5, description="and as a share of what the points scatter beyond the noise"
+        4.0, ge=0, le=10, description="and as a share of what the points scatter beyond the noise"
     )
     radius_cap_m: float = Field(0.0012, gt=0, le=1, description="largest tolerance of radii, metres")
     min_radius_m: float = Field(0.003, gt=0, le=0.1, description="least radius in the model, metres")

@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 REWEIGHTS = 3
+AROUND = 6  # nodes to either side whose median a window is first held against
 PIPE = 1.0  # a branch's cross-section follows the length that it carries (pipe model)
 DOUBT = 0.15  # relative error of a squared radius from points that look like anything but bark
 WEAK = 0.25  # evidence below which a window does not count as bark
@@ -83,7 +84,8 @@ def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown: Crown) -> Rad
     # No branch is round to better than some hundredths of its radius.
     variance = np.where(usable, windows.variance, 0.0) + (0.02 * value) ** 2 + 1e-12
     variance = variance + np.where(loose, value**2, 0.0)
-    doubt = DOUBT * (1.0 - windows.evidence) * np.maximum(value, 0.0)
+    # points far wider than noise about a mean line are no twig: that they lie so is all that is known
+    doubt = np.where(windows.kind == MOMENTS, 1.0, DOUBT) * (1.0 - windows.evidence) * np.maximum(value, 0.0)
     variance = variance + np.where(usable, doubt**2, 0.0)
     expected = expected_square(axes, (value, variance, usable & ~loose), carried)
     if expected is not None:
@@ -191,7 +193,11 @@ def _smooth(
     known, above, begin = _known_nodes(first, foot, usable)
     y, v = value[known], variance[known]
     robust = np.ones(len(known))
-    fit = falling_tree(y, 1.0 / v, above)
+    for b in range(len(first) - 1):
+        run = slice(begin[b], begin[b + 1])
+        if begin[b + 1] > begin[b]:
+            robust[run] = _tukey(np.abs(y[run] - _running_median(y[run])), np.sqrt(v[run]))
+    fit = falling_tree(y, robust / v, above)
     for _ in range(REWEIGHTS):
         off = np.abs(y - fit)
         for b in range(len(first) - 1):
@@ -230,6 +236,15 @@ def _known_nodes(first: Ints, foot: Ints, usable: NDArray[np.bool_]) -> tuple[In
             before[i] = last
         begin[b + 1] = count
     return known[:count].copy(), above[:count].copy(), begin
+
+
+@compiled
+def _running_median(values: Floats) -> Floats:
+    """Median over the neighbours, from which a fit that pools what does not fall may start."""
+    out = np.empty(len(values))
+    for i in range(len(values)):
+        out[i] = np.median(values[max(i - AROUND, 0) : i + AROUND + 1])
+    return out
 
 
 @compiled

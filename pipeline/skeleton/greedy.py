@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 THIN_M = 0.01  # points closer than this say the same
-MOST_POINTS = 12_000  # the growth compares all points with all nodes; more points are thinned
+MOST_POINTS = 20_000  # the growth compares all points with all nodes; more points are thinned
 BALLS = ((2.0, 0.20), (3.0, 0.30))  # spacings, and at most metres: where points look for their limb
 LINE_POINTS = 6  # of a ball that may be a limb
 LINE_WIDTH = 0.35  # root mean square width of a limb's points as a share of the ball

@@ -71,10 +71,11 @@ def find_base(xyz: Floats, reach_m: float) -> int:
     column = np.flatnonzero(z <= z[low].max() + rise)
     tree = cKDTree(xyz[column, :2])
     level = np.floor((z[column] - z.min()) / (rise / 12)).astype(np.int64)
-    votes = np.zeros(len(low))
-    for number, near in enumerate(tree.query_ball_point(xyz[low, :2], reach_m)):
-        votes[number] = len(np.unique(level[near])) + 0.5 * len(near) / len(column)
-    best = low[np.argmax(votes)]
+    asked = low[first_in_cell(xyz[low], reach_m / 3)]
+    votes = np.zeros(len(asked))
+    for number, near in enumerate(tree.query_ball_point(xyz[asked, :2], reach_m)):
+        votes[number] = np.count_nonzero(np.bincount(level[near])) + 0.5 * len(near) / len(column)
+    best = asked[np.argmax(votes)]
     near = low[np.linalg.norm(xyz[low, :2] - xyz[best, :2], axis=1) <= reach_m]
     return int(near[np.lexsort((near, z[near]))[0]])
 
