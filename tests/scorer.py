@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from pipeline.geometry.surface import Tubes, nearest_tube
+
 STEP_M, NEAR_M = 0.02, 0.05
 
 
@@ -16,8 +18,12 @@ def axis_points(start, end):
     return start[owner] + (end - start)[owner] * ((number + 0.5) / count[owner])[:, None], owner
 
 
-def score(tree, truth):
-    """Compare a TreeModel with truth arrays s, e, r, order (world coordinates)."""
+def score(tree, truth, points=None):
+    """Compare a TreeModel with truth arrays s, e, r, order, branch (world coordinates).
+
+    Where points of the scan are given, `above` is their mean distance from the model's surface less that
+    from the true one, in millimetres.
+    """
     graph = tree.skeleton
     start, end = graph.world[graph.parent[1:]], graph.world[1:]
     known, which = axis_points(truth["s"], truth["e"])
@@ -35,7 +41,25 @@ def score(tree, truth):
         "branches": volume[side].sum() / true_volume[true_side].sum() - 1,
         "length": graph.length.sum() / true_length.sum() - 1,
         "dbh": tree.trunk.dbh_m / true_diameter(truth) - 1,
-    }
+        "ratio": stout(graph.branch[1:], np.maximum(tree.start_radius, tree.radius)[1:], graph.length[1:])
+        / stout(truth["branch"], truth["r"], true_length),
+    } | ({} if points is None else {"above": above(tree, truth, points)})
+
+
+def stout(branch, radius, length):
+    """Number of branches of at least 1 cm of radius and 10 cm of length."""
+    thickest, total = np.zeros(branch.max() + 1), np.bincount(branch, length)
+    np.maximum.at(thickest, branch, radius)
+    return int(((thickest >= 0.01) & (total >= 0.10)).sum())
+
+
+def above(tree, truth, points):
+    """Mean distance of points from the model's surface less that from the true one, millimetres."""
+    graph = tree.skeleton
+    mine = Tubes(graph.world[graph.parent[1:]], graph.world[1:], tree.start_radius[1:], tree.radius[1:])
+    true = Tubes(truth["s"], truth["e"], truth["r"], truth["r"])
+    gaps = [np.abs(nearest_tube(points, tubes).surface).mean() for tubes in (mine, true)]
+    return 1000.0 * (gaps[0] - gaps[1])
 
 
 def true_diameter(truth):

@@ -1,6 +1,6 @@
 """How often the 90 % intervals hold the truth on known-truth trees, and how wide they are.
 
-    python tests/benchmarks/coverage.py [--trees 60] [--seed 30000]
+    python tests/benchmarks/intervals.py [--trees 60] [--seed 30000]
 
 Trees of the project's own generator, 4 to 16 m tall (to 20 m where sparse), every fifth of a kind: `clean`
 (2 to 5 mm noise), `noisy` (7 to 12 mm), `oneside` (2 to 10 mm, half the bark), `thin` (1,500 to 2,500 points
