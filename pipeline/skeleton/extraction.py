@@ -18,7 +18,6 @@ from pipeline.skeleton.greedy import GreedyOptions, by_greedy
 from pipeline.skeleton.mst import MstOptions, by_mst
 
 
-
 class SkeletonOptions(MstOptions, GeodesicOptions, GreedyOptions):
     """Options of the skeleton stage."""
 

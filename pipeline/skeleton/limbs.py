@@ -122,7 +122,7 @@ def _coarse_tree(xyz: Floats, base: int, neighbours: int) -> Rooted:
 
 def _adjust(axes: Axes, windows: Windows, noise: float) -> Axes:
     """Move the nodes to the fitted centres and smooth the squared radii along every branch."""
-    score = _score(windows, axes.square, noise)
+    score = _score(windows, axes.square, noise, axes.branch == 0)
     weight = np.maximum(score, 0.02)
     goal = axes.xyz + windows.shift * (score > 0)[:, None]
     xyz, square = axes.xyz.copy(), np.zeros(len(axes.xyz))
@@ -136,12 +136,13 @@ def _adjust(axes: Axes, windows: Windows, noise: float) -> Axes:
     return Axes(xyz, axes.first, axes.foot, square)
 
 
-def _score(windows: Windows, smooth: Floats, noise: float) -> Floats:
-    """0 to 1: how well a cylinder holds in every window, softly."""
+def _score(windows: Windows, smooth: Floats, noise: float, stem: NDArray[np.bool_]) -> Floats:
+    """0 to 1: how well a cylinder holds in every window, softly; a stem may be noisier than a limb."""
     r = np.sqrt(np.maximum(windows.square, 1e-12))
-    limit = np.minimum(np.maximum(2.4 * noise, 0.12 * r), 0.22 * r)
+    limit = np.minimum(np.maximum(2.4 * noise, 0.12 * r), np.where(stem, 0.28, 0.22) * r)
     score = _ramp(windows.arc / (2 * np.pi), 0.22, 0.44) * _ramp(windows.spread / limit, 1.3, 0.8)
-    score *= _ramp(r / noise, 3.0, 5.0) * _ramp(r, 0.03, 0.05) * _ramp(windows.count, 8, 16)
+    score *= _ramp(np.where(stem, 1.3, 1.0) * r / noise, 3.0, 5.0)
+    score *= _ramp(r, 0.03, 0.05) * _ramp(windows.count, 8, 16)
     expected = np.sqrt(np.maximum(smooth, 0.0))
     agrees = np.where(expected > 0, _ramp(np.abs(r - expected) / np.maximum(expected, 1e-9), 0.5, 0.2), 1.0)
     return np.asarray(score * agrees * (windows.kind == CYLINDER))
@@ -154,7 +155,7 @@ def _ramp(value: NDArray[Any], zero: float, one: float) -> Floats:
 
 def _accept(axes: Axes, windows: Windows, noise: float) -> Axes | None:
     """Keep of every branch the start that is best explained by cylinders, if it is long enough."""
-    gain = _score(windows, axes.square, noise) - 0.5
+    gain = _score(windows, axes.square, noise, axes.branch == 0) - 0.5
     kept = np.zeros(len(axes.foot), dtype=np.int64)
     parent = axes.parent_branch
     for b in range(len(axes.foot)):

@@ -46,7 +46,11 @@ def default_clouds() -> list[Path]:
         for path in sorted((shared / "trees").glob("*"))
         if path.suffix in REAL and not any(word in path.name for word in (".treeqsm", ".ground", ".simple"))
     ]
-    return [*sorted((ROOT / "data" / "samples").glob("*.laz")), *sorted((shared / "truth").glob("*.laz")), *real]
+    return [
+        *sorted((ROOT / "data" / "samples").glob("*.laz")),
+        *sorted((shared / "truth").glob("*.laz")),
+        *real,
+    ]
 
 
 def models(path: Path) -> Iterator[tuple[Any, float]]:
@@ -97,14 +101,18 @@ def world_points(path: Path) -> Any:
 
 def of_real_trees(clouds: list[Path]) -> None:
     """Print the table of the clouds whose truth nobody knows."""
-    print(f"{'cloud':22} {'method':9} {'surface mm':>10} {'nodes':>6} {'DBH cm':>7} {'from - to':>13}", end=" ")
+    print(
+        f"{'cloud':22} {'method':9} {'surface mm':>10} {'nodes':>6} {'DBH cm':>7} {'from - to':>13}", end=" "
+    )
     print(f"{'source':>11} {'volume L':>9} {'from - to':>15} {'length m':>9} {'leaf':>5} {'CPU s':>6}")
     for path in clouds:
         for tree, seconds in models(path):
             length, trunk, known = float(tree.skeleton.length.sum()), tree.trunk, tree.metadata
             low, high = known["volume_interval_l"]
-            dbh = "      -             -" if trunk.dbh_m is None else (
-                f"{100 * trunk.dbh_m:7.1f} {100 * trunk.lo_m:6.1f}-{100 * trunk.hi_m:6.1f}"
+            dbh = (
+                "      -             -"
+                if trunk.dbh_m is None
+                else (f"{100 * trunk.dbh_m:7.1f} {100 * trunk.lo_m:6.1f}-{100 * trunk.hi_m:6.1f}")
             )
             print(
                 f"{path.stem:22} {known['method']:9} {known['surface_mm']['mean']:10.1f} {len(tree):6d} {dbh}",
