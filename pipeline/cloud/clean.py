@@ -275,7 +275,7 @@ def _wood_of(tree: PointCloud, options: CleanOptions, tally: _Tally) -> PointClo
     seen = is_leafy(tree.xyz)
     wanted = options.leaves == "drop" or (options.leaves == "auto" and seen)
     if not wanted or tree.metadata["spacing_m"] > DENSE_M:
-        return tree.take(slice(None), leafy_points=seen)
+        return tree.take(np.ones(len(tree), dtype=bool), leafy_points=seen)
     frame = Frame.of(tree.xyz, tree.metadata)
     turned = frame.turn(tree.xyz)
     order = frame.order(turned)

@@ -19,10 +19,10 @@ more as if every dropped point stood for as much length as a kept one.
 The factors below make at least nine of ten intervals hold the truth on 310 trees of
 `pipeline.synthetic.grow_tubes`: 4 to 20 m tall, of order 2 and 3, forked or not, twigs of 2 to 5 mm; 1,500 to
 8,000 points on a square metre of bark, 2 to 12 mm noise, seen all round or from one side; and 40 points with
-20 mm noise, as from the air. ``tests/benchmarks/intervals.py`` measures it on other seeds. What those trees do
-not have is not calibrated: leaves, bark, occlusion, twigs shorter than 20 cm, and radii that stray far from
-the pipe model. The allowances for leaves are judged, not measured; that for disagreement of the two witnesses
-lets an urban scan whose crown shows no bark span what several programs make of it.
+20 mm noise, as from the air. ``tests/benchmarks/intervals.py`` measures it on other seeds. What those trees
+do not have is not calibrated: leaves, bark, occlusion, twigs shorter than 20 cm, and radii that stray far
+from the pipe model. The allowances for leaves are judged, not measured; that for disagreement of the two
+witnesses lets an urban scan whose crown shows no bark span what several programs make of it.
 
 References
 ----------

@@ -2,12 +2,12 @@
 
     python tests/benchmarks/accuracy.py [CLOUD ...]
 
-Without clouds: data/samples, and truth/ and trees/ of the shared clouds (TREEPIPE_DATA) where they are there.
-The truth of `NAME_scan.laz` or `NAME.laz` is `NAME.truth.npz` beside it; a cloud without one is a real cloud,
-of which only the model's own figures are known. Errors are in percent; recall, precision and order are shares of
-length; `above` is the mean distance of points from the surface, less what the truth itself has, in mm; `ratio` is
-that of branches with 1 cm of radius and 10 cm of length; CPU seconds are those of skeleton and fit, warm, of one
-process.
+Without clouds: data/samples, and truth/ and trees/ of the shared clouds (TREEPIPE_DATA) where they are
+there. The truth of `NAME_scan.laz` or `NAME.laz` is `NAME.truth.npz` beside it; a cloud without one is a real
+cloud, of which only the model's own figures are known. Errors are in percent; recall, precision and order are
+shares of length; `above` is the mean distance of points from the surface, less what the truth itself has, in
+mm; `ratio` is that of branches with 1 cm of radius and 10 cm of length; CPU seconds are those of skeleton and
+fit, warm, of one process.
 """
 
 from __future__ import annotations
@@ -114,9 +114,10 @@ def of_real_trees(clouds: list[Path]) -> None:
                 if trunk.dbh_m is None
                 else (f"{100 * trunk.dbh_m:7.1f} {100 * trunk.lo_m:6.1f}-{100 * trunk.hi_m:6.1f}")
             )
+            volume, surface = 1000 * tree.volume.sum(), known["surface_mm"]["mean"]
             print(
-                f"{path.stem:22} {known['method']:9} {known['surface_mm']['mean']:10.1f} {len(tree):6d} {dbh}",
-                f"{trunk.source or '-':>11} {1000 * tree.volume.sum():9.0f} {low:7.0f}-{high:7.0f} {length:9.1f}",
+                f"{path.stem:22} {known['method']:9} {surface:10.1f} {len(tree):6d} {dbh}",
+                f"{trunk.source or '-':>11} {volume:9.0f} {low:7.0f}-{high:7.0f} {length:9.1f}",
                 f"{known['dropped']['leaf'] / known['points_in']:5.2f} {seconds:6.1f}",
                 flush=True,
             )
