@@ -111,7 +111,7 @@ def _fit(cloud: PointCloud, skeleton: Skeleton, options: CylinderOptions) -> Tre
         windows = with_circles(windows, axes, circles)
         if number:
             axes = _recentre(axes, windows, options.stiffness)
-        radii = smooth(axes, windows, min_arc=np.radians(options.min_arc_deg), crown=crown)
+        radii = smooth(axes, windows, noise=noise, min_arc=np.radians(options.min_arc_deg), crown=crown)
         axes = set_foot(axes.with_square(radii.square), shared)
         if number < options.rounds:
             axes = drop_hidden(axes, protrusion_m=options.protrusion_m + 2.0 * noise)

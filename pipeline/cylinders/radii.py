@@ -50,7 +50,7 @@ class Radii:
     error: Floats
 
 
-def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown: Crown) -> Radii:
+def smooth(axes: Axes, windows: Windows, *, noise: float, min_arc: float, crown: Crown) -> Radii:
     """Fit squared radii to all windows that fall from the root to every tip.
 
     Where leaves or sparse points hide the bark, the pipe model stands in for windows that do not
@@ -62,6 +62,8 @@ def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown: Crown) -> Rad
     ----------
     axes : Axes
     windows : Windows
+    noise : float
+        Range noise, metres.
     min_arc : float
         Least arc, in radians, for a cylinder to count as measured.
     crown : Crown
@@ -85,7 +87,12 @@ def smooth(axes: Axes, windows: Windows, *, min_arc: float, crown: Crown) -> Rad
     variance = np.where(usable, windows.variance, 0.0) + (0.02 * value) ** 2 + 1e-12
     variance = variance + np.where(loose, value**2, 0.0)
     # points far wider than noise about a mean line are no twig: that they lie so is all that is known
-    doubt = np.where(windows.kind == MOMENTS, 1.0, DOUBT) * (1.0 - windows.evidence) * np.maximum(value, 0.0)
+    # and two branches side by side fit one wide cylinder, at twice the noise
+    loose_fit = np.clip(
+        windows.spread / np.maximum(noise, 0.08 * np.sqrt(np.maximum(value, 0.0))) - 1.3, 0, 1
+    )
+    doubt = np.where(windows.kind == MOMENTS, 1.0 - windows.evidence, DOUBT * (1.0 - windows.evidence))
+    doubt = np.where(windows.kind == CYLINDER, np.maximum(doubt, loose_fit), doubt) * np.maximum(value, 0.0)
     variance = variance + np.where(usable, doubt**2, 0.0)
     expected = expected_square(axes, (value, variance, usable & ~loose), carried)
     if expected is not None:
