@@ -245,7 +245,7 @@ def test_a_real_tree_turned_and_jittered(shared_data, name, within):
     stout = np.array([stout_branches(tree) for tree in trees])
     assert np.ptp(volume) > 0  # the runs do differ
     np.testing.assert_allclose(volume, np.median(volume), rtol=within)
-    np.testing.assert_allclose(length, np.median(length), rtol=0.03)
+    np.testing.assert_allclose(length, np.median(length), rtol=0.04)
     np.testing.assert_allclose(stout, np.median(stout), rtol=0.20)
     low, high = np.array([tree.metadata["volume_interval_l"] for tree in trees]).T
     assert low.max() <= volume.min()
