@@ -41,6 +41,48 @@ def test_a_terrestrial_scan_of_a_known_tree(shared_data, method):
     assert abs(result["volume"]) < 0.03
 
 
+# What each kind of scan must reach: least recall, precision and order; most error of length, dbh, volume and
+# branch volume; most distance above the true surface (mm); least and most ratio of stout branches.
+REACH = {
+    "syn_A_clean": (0.985, 0.995, 0.87, 0.04, 0.003, 0.02, 0.08, 1.0, 0.8, 1.15),
+    "syn_A_noisy": (0.97, 0.985, 0.82, 0.06, 0.01, 0.03, 0.12, 1.5, 0.8, 1.3),
+    "syn_A_oneside": (0.96, 0.985, 0.83, 0.06, 0.005, 0.035, 0.08, 1.6, 0.75, 1.2),
+    "syn_B_noisy": (0.94, 0.975, 0.78, 0.10, 0.01, 0.03, 0.15, 2.5, 0.8, 1.3),
+    "syn_B_oneside": (0.96, 0.985, 0.82, 0.06, 0.005, 0.035, 0.08, 1.6, 0.75, 1.2),
+}
+
+
+@pytest.mark.parametrize("name", sorted(REACH))
+def test_what_each_kind_of_scan_reaches(shared_data, name):
+    path = shared_data / "truth" / f"{name}.laz"
+    cloud, truth = pipeline.read_cloud(path), np.load(path.with_name(f"{name[:5]}.truth.npz"))
+    result = score(pipeline.reconstruct(cloud), truth, points=cloud.world)
+    recall, precision, order, length, dbh, volume, branches, above, low, high = REACH[name]
+    assert result["recall"] >= recall
+    assert result["precision"] >= precision
+    assert result["order"] >= order
+    for key, most in (("length", length), ("dbh", dbh), ("volume", volume), ("branches", branches)):
+        assert abs(result[key]) <= most, key
+    assert result["above"] <= above
+    assert low <= result["ratio"] <= high
+
+
+@pytest.mark.parametrize("name", ["syn_A_als", "syn_B_als"])
+def test_what_a_scan_from_the_air_reaches(shared_data, name):
+    path = shared_data / "truth" / f"{name}.laz"
+    truth = np.load(path.with_name(f"{name[:5]}.truth.npz"))
+    tree = pipeline.reconstruct(pipeline.read_cloud(path))
+    result = score(tree, truth)
+    true_dbh = tree.trunk.dbh_m / (1 + result["dbh"])
+    true_litres = 1000 * tree.volume.sum() / (1 + result["volume"])
+    low, high = tree.metadata["volume_interval_l"]
+    assert result["recall"] >= 0.42
+    assert result["precision"] >= 0.75
+    assert tree.metadata["surface_mm"]["mean"] <= 25
+    assert tree.trunk.lo_m <= true_dbh <= tree.trunk.hi_m
+    assert low <= true_litres <= high
+
+
 def test_row_order_does_not_change_a_bit(samples):
     cloud = pipeline.read_cloud(samples / "maple.laz")
     other = cloud.take(np.random.default_rng(0).permutation(len(cloud)))
