@@ -9,13 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.geometry.axes import Axes
+from pipeline.geometry.noise import ROBUST
 from pipeline.geometry.polyline import douglas_peucker
+from pipeline.geometry.windows import Shared
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
 FINER = 0.6  # radii are kept more closely than positions: volumes hang on them
+SPEAKS_FOR = 30.0  # points
+THIN_SCATTER = 1.75  # what noise alone makes of the points of a thin twig, over its standard deviation
 LEAST_M = 0.0002  # no tolerance is finer than this
 
 
@@ -62,6 +66,27 @@ def chosen_nodes(axes: Axes, tolerance: Tolerance, least: Floats, always: Ints) 
             unit = np.cumsum(np.concatenate([[0.0], np.diff(radius[run]) / width[run][1:]]))
             keep[run] |= douglas_peucker(np.column_stack([axes.xyz[run], unit]), place[run])
     return np.flatnonzero(keep)
+
+
+def looseness(axes: Axes, shared: Shared, noise: float) -> Floats:
+    """(M,) how far the points of each branch scatter about its surface beyond the noise, metres.
+
+    Parameters
+    ----------
+    axes : Axes
+    shared : Shared
+        The points of each branch.
+    noise : float
+        Range noise, metres.
+    """
+    away = np.abs(shared.away)
+    count = np.diff(shared.first)
+    runs = zip(shared.first[:-1], shared.first[1:], strict=True)
+    own = np.array([np.median(away[low:high]) if high > low else 0.0 for low, high in runs])
+    # a branch of few points fits them too well: the tree speaks for it as so many points
+    scatter = (count * own + SPEAKS_FOR * np.median(away)) / (count + SPEAKS_FOR)
+    excess = (ROBUST * scatter) ** 2 - (THIN_SCATTER * noise) ** 2
+    return np.asarray(np.sqrt(np.maximum(excess, 0.0))[axes.branch])
 
 
 def assemble(axes: Axes, nodes: Ints) -> tuple[Ints, Ints]:

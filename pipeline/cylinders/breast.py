@@ -12,6 +12,7 @@ from pipeline.cylinders.measured import Measured
 from pipeline.cylinders.radii import GUESS
 from pipeline.geometry.axes import Axes
 from pipeline.geometry.estimates import CYLINDER
+from pipeline.geometry.noise import ROBUST
 from pipeline.geometry.windows import estimate_window
 from pipeline.model import ALLOMETRIC, MEASURED, PROPAGATED, RADIUS_SOURCES, Trunk
 
@@ -21,7 +22,6 @@ BREAST_M = 1.3
 SLICES_M = (0.10, 0.15, 0.20)  # heights of the slice; as short as the points allow
 NEIGHBOURS_M = (-0.45, -0.30, -0.15, 0.0, 0.15, 0.30, 0.45)  # slices that show how even the stem is,
 NEIGHBOUR_M = 0.15  # and how tall they are
-NORMAL = 1.4826  # standard deviation over median distance, for normal errors
 SHARP = 0.005  # standard error, as a share of the radius, with which a slice is long enough
 LEAST_POINTS = 12
 STRANGE = 0.4  # a slice whose radius differs from the stem's by this share is something else
@@ -129,7 +129,7 @@ def _unevenness(axes: Axes, measured: Measured, noise: float, ground_z: float) -
             ratios.append(np.sqrt(max(found[3], 0.0)) / max(radius, 1e-3))
     if len(ratios) < 3:
         return 0.0
-    return NORMAL * float(np.median(np.abs(ratios - np.median(ratios))))
+    return ROBUST * float(np.median(np.abs(ratios - np.median(ratios))))
 
 
 class _Slice(NamedTuple):

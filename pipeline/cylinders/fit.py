@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent, set_foot
-from pipeline.cylinders.assembly import Tolerance, assemble, chosen_nodes
+from pipeline.cylinders.assembly import Tolerance, assemble, chosen_nodes, looseness
 from pipeline.cylinders.breast import around_breast_height, breast_height, through_breast_height
 from pipeline.cylinders.circles import with_circles
 from pipeline.cylinders.crown import crown_of
@@ -25,7 +25,7 @@ from pipeline.geometry.noise import range_noise
 from pipeline.geometry.sides import complete, seen_from
 from pipeline.geometry.smoothing import whittaker
 from pipeline.geometry.surface import Tubes, nearest_tube
-from pipeline.geometry.windows import Shared, Windows, measure, share_out
+from pipeline.geometry.windows import Windows, measure, share_out
 from pipeline.model import PointCloud, Skeleton, TreeModel
 from pipeline.options import Options
 
@@ -33,10 +33,6 @@ Floats = NDArray[np.float64]
 
 FIRST_NOISE_M = 0.002
 CENTRE_M = 0.01  # a centre known to this has half the weight of a perfect one
-MICROMETRE = 6  # decimals that nodes are kept to, so that a file gives back the same numbers
-NORMAL = 1.4826  # standard deviation over median distance, for normal noise
-SPEAKS_FOR = 30.0  # points
-THIN_SCATTER = 1.75  # what noise alone makes of the points of a thin twig, over its standard deviation
 LOOSE_RADII = 0.8  # scattered points loosen the tolerance to this share of the radius at most
 UNSEEN = 0.05  # weight of a node that no window moves: it holds its place unless its neighbours insist
 
@@ -140,27 +136,6 @@ def _recentre(axes: Axes, windows: Windows, stiffness: float) -> Axes:
     return axes.at(xyz)
 
 
-def looseness(axes: Axes, shared: Shared, noise: float) -> Floats:
-    """(M,) how far the points of each branch scatter about its surface beyond the noise, metres.
-
-    Parameters
-    ----------
-    axes : Axes
-    shared : Shared
-        The points of each branch.
-    noise : float
-        Range noise, metres.
-    """
-    away = np.abs(shared.away)
-    count = np.diff(shared.first)
-    runs = zip(shared.first[:-1], shared.first[1:], strict=True)
-    own = np.array([np.median(away[low:high]) if high > low else 0.0 for low, high in runs])
-    # a branch of few points fits them too well: the tree speaks for it as so many points
-    scatter = (count * own + SPEAKS_FOR * np.median(away)) / (count + SPEAKS_FOR)
-    excess = (NORMAL * scatter) ** 2 - (THIN_SCATTER * noise) ** 2
-    return np.asarray(np.sqrt(np.maximum(excess, 0.0))[axes.branch])
-
-
 def _model(
     skeleton: Skeleton,
     axes: Axes,
@@ -186,8 +161,7 @@ def _model(
     body, parent = assemble(axes, chosen)
     warnings = flags(axes, measured, ground)
     known["flags"] = tuple(sorted({*known.get("flags", ()), *warnings}))
-    nodes = np.round(axes.xyz[body], MICROMETRE)
-    graph = Skeleton(nodes, parent.astype(np.int32), skeleton.origin, skeleton.crs)
+    graph = Skeleton(axes.xyz[body], parent.astype(np.int32), skeleton.origin, skeleton.crs)
     radius = np.maximum(axes.radius[body], options.min_radius_m)
     tree = TreeModel(graph, radius, radii.source[body], radii.error[body], trunk)
     known["surface_mm"] = surface_distance(measured.shared.xyz, tree)

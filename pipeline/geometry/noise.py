@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from pipeline.geometry.estimates import CYLINDER
 from pipeline.geometry.windows import Windows
 
+ROBUST = 1.4826  # standard deviation of normal noise over the median of its sizes
 MOST_M = 0.02  # rough bark is not noise: beyond this, circle fits would be switched off
 LEAST_M = 0.0005
 NOISE, BARK = 1.6, 2.4  # upper by lower quartile of the misfits: from noise alone to rough bark
