@@ -26,6 +26,7 @@ SHARP = 0.005  # standard error, as a share of the radius, with which a slice is
 LEAST_POINTS = 12
 STRANGE = 0.4  # a slice whose radius differs from the stem's by this share is something else
 LEAST_TRUST = 0.05
+BESIDE = 0.15  # least standard error, as a share, of a diameter that is measured beside breast height only
 WITHIN_90 = 1.645
 # Trunks are not round: a share of the diameter that even a perfect scan leaves open.
 OUT_OF_ROUND = 0.004
@@ -61,8 +62,9 @@ def through_breast_height(axes: Axes, trunk: Trunk) -> Axes:
 def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float) -> Trunk:
     """Diameter of the stem 1.3 m above the ground, with its 90 % interval and arc.
 
-    Measured from the points of the slice where they support a cylinder; else read off the model
-    there, as propagated.
+    Measured from the points of the slice where they support a cylinder; else read off the model.
+    Where next to no point shows the bark at that height, it is propagated from what is measured
+    above and below.
 
     Parameters
     ----------
@@ -97,6 +99,10 @@ def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float)
         if 0.0 < best.error <= SHARP * best.radius:
             break
     if best.error == 0.0:
+        if source == MEASURED and len(points) < LEAST_POINTS:
+            within = WITHIN_90 * max(2.0 * error, BESIDE * radius)
+            lo, hi = 2 * max(radius - within, 0.0), 2 * (radius + within)
+            return Trunk(2 * radius, lo, hi, 0.0, RADIUS_SOURCES[PROPAGATED], ground_z)
         arc = float(np.degrees(measured.windows.arc[at])) if source == MEASURED else 0.0
         lo, hi = _interval(radius, error, source)
         return Trunk(2 * radius, lo, hi, arc, RADIUS_SOURCES[source], ground_z)

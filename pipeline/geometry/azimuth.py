@@ -20,6 +20,12 @@ STORED = 7  # of the same points where the cloud was: enough to find them in the
 MICROMETRE = 6  # decimals that a tree's nodes are kept to, so that a file gives back the same numbers
 
 
+def middle_of(xyz: Floats) -> Floats:
+    """Mean x and y, summed from the corner of the cloud: large coordinates cost no digits."""
+    low = xyz[:, :2].min(axis=0)
+    return np.asarray(low + (xyz[:, :2] - low).mean(axis=0))
+
+
 def azimuth_of(xyz: Floats) -> float:
     """Direction of the cloud about its middle, from +x towards +y, in radians.
 
@@ -29,7 +35,7 @@ def azimuth_of(xyz: Floats) -> float:
     ----------
     xyz : (P, 3) array
     """
-    off = xyz[:, :2] - xyz[:, :2].mean(axis=0)
+    off = xyz[:, :2] - middle_of(xyz)
     x, y = (np.linalg.norm(off, axis=1, keepdims=True) * off).sum(axis=0)
     return float(np.arctan2(y, x))
 
@@ -60,7 +66,7 @@ class Frame:
         known : mapping
             Metadata of the cloud.
         """
-        azimuth, x, y = known.get(FRAME) or (azimuth_of(xyz), *xyz[:, :2].mean(axis=0))
+        azimuth, x, y = known.get(FRAME) or (azimuth_of(xyz), *middle_of(xyz))
         return cls(float(azimuth), (float(x), float(y)))
 
     @property

@@ -39,7 +39,7 @@ def estimate(local: Floats, radius: float, noise: float) -> Estimate:
                 variance += scale**4
             middle = 0.5 * (covariance[0, 0] + covariance[1, 1]) * scale * scale
             return CYLINDER, theta[0], theta[1], square, variance, middle, misfit, arc, sure, p, q
-    return _moments(local, noise, cost)
+    return _moments(local, radius, noise, cost)
 
 
 @compiled
@@ -122,8 +122,12 @@ def _arc(local: Floats, theta: Floats) -> float:
 
 
 @compiled
-def _moments(local: Floats, noise: float, guess: float) -> Estimate:
-    """Mean line and mean square distance of a thin branch's points, far ones left out."""
+def _moments(local: Floats, radius: float, noise: float, guess: float) -> Estimate:
+    """Mean line and mean square distance of a thin branch's points, far ones left out.
+
+    Points that spread less than the branch is thick are a patch of it: its middle lies a radius off,
+    on a side that they do not tell.
+    """
     line = np.array([np.median(local[:, 0]), np.median(local[:, 1]), 0.0, 0.0])
     total, kept = 0.0, len(local)
     for number in range(4):
@@ -146,7 +150,7 @@ def _moments(local: Floats, noise: float, guess: float) -> Estimate:
     # a spread that noise explains is wood; a wider one may be anything
     sure = _ramp(float(kept), 8.0, 20.0) * _ramp(np.sqrt(mean_square), 5.0 * noise, 3.5 * noise)
     spread = np.sqrt(mean_square)
-    centre = mean_square / kept
+    centre = mean_square / kept + max(radius - spread, 0.0) ** 2
     return MOMENTS, line[0], line[1], square, variance, centre, spread, _arc(local, theta), sure, 0.0, 0.0
 
 

@@ -11,6 +11,7 @@ Floats = NDArray[np.float64]
 
 TUKEY = 4.685  # 95 % efficient for normal residuals
 STEPS = 25
+SETTLED = 1e-7  # a step that lowers the cost by a smaller share of it is the last
 
 
 @compiled
@@ -70,7 +71,8 @@ def fit_cylinder(
     jacobian = np.empty((len(local), 5))
     normal = np.zeros((5, 5))
     damping = 1e-3
-    scale = _scale(local, theta, residual, jacobian, noise)
+    _distances(local, theta, residual, jacobian)
+    scale = _scale(residual, noise)
     cost = _cost(residual, theta, prior, start_radius, scale)
     for _ in range(STEPS):
         gradient = _normal_equations((residual, jacobian), theta, prior, start_radius, scale, normal)
@@ -85,18 +87,18 @@ def fit_cylinder(
         _distances(local, trial, residual, jacobian)
         lower = _cost(residual, trial, prior, start_radius, scale)
         if lower <= cost:
-            done = cost - lower < 1e-7 * cost + 1e-300
+            done = cost - lower < SETTLED * cost + 1e-300
             theta, cost, damping = trial, lower, damping * 0.2
             if done and damping < 1e-2:
                 break
-            scale = _scale(local, theta, residual, jacobian, noise)
+            scale = _scale(residual, noise)
             cost = _cost(residual, theta, prior, start_radius, scale)
         else:
             damping *= 8.0
             _distances(local, theta, residual, jacobian)
             if damping > 1e8:
                 break
-    scale = _scale(local, theta, residual, jacobian, noise)
+    scale = _scale(residual, noise)
     _normal_equations((residual, jacobian), theta, prior, start_radius, scale, normal)
     covariance = np.zeros((5, 5))
     for k in range(5):
@@ -130,9 +132,8 @@ def _distances(local: Floats, theta: Floats, residual: Floats, jacobian: Floats)
 
 
 @compiled
-def _scale(local: Floats, theta: Floats, residual: Floats, jacobian: Floats, noise: float) -> float:
+def _scale(residual: Floats, noise: float) -> float:
     """Robust standard deviation of the residuals (median of their sizes), at least the noise."""
-    _distances(local, theta, residual, jacobian)
     return float(max(1.4826 * np.median(np.abs(residual)), noise))
 
 

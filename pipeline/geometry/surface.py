@@ -9,13 +9,15 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from pipeline.geometry.compiled import compiled
+from pipeline.geometry.voxels import cells_with_means
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 STEP_M = 0.04  # a segment is looked up by marks that are at most this far apart
+CELL_M = 0.05  # the points of one cell are looked up together: three times as quick
 # A thick stem's axis is far from its own bark, so thick segments are looked up apart as well.
-TIERS = ((0.0, 8), (0.03, 5), (0.10, 3))
+TIERS = ((0.0, 14), (0.03, 8), (0.10, 5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +70,7 @@ def nearest_tube(xyz: Floats, tubes: Tubes) -> Nearest:
     """
     marks, owner = _marks(tubes)
     radius = np.maximum(tubes.start_radius, tubes.end_radius)[owner]
+    cell, middle = cells_with_means(xyz, CELL_M)
     segment = np.full(len(xyz), -1, dtype=np.int64)
     share, axial, surface = np.zeros(len(xyz)), np.zeros(len(xyz)), np.full(len(xyz), np.inf)
     out = (segment, share, axial, surface)
@@ -75,8 +78,8 @@ def nearest_tube(xyz: Floats, tubes: Tubes) -> Nearest:
     for least, count in TIERS:
         thick = np.flatnonzero(radius >= least)
         if len(thick):
-            near = cKDTree(marks[thick]).query(xyz, k=min(count, len(thick)))[1].reshape(len(xyz), -1)
-            _take_nearest(xyz, owner[thick[near]], ends, out)
+            near = cKDTree(marks[thick]).query(middle, k=min(count, len(thick)))[1].reshape(len(middle), -1)
+            _take_nearest(xyz, cell, np.sort(owner[thick[near]], axis=1), ends, out)
     return Nearest(*out)
 
 
@@ -93,15 +96,20 @@ def _marks(tubes: Tubes) -> tuple[Floats, Ints]:
 @compiled
 def _take_nearest(
     xyz: Floats,
+    cell: Ints,
     candidates: Ints,
     ends: tuple[Floats, Floats, Floats, Floats],
     out: tuple[Ints, Floats, Floats, Floats],
 ) -> None:
-    """Improve `out` by the candidate segments of each point; ties fall to the smaller segment."""
+    """Improve `out` by the candidate segments of each point's cell; ties fall to the smaller segment."""
     start, end, start_radius, end_radius = ends
     segment, share, axial, surface = out
     for i in range(len(xyz)):
-        for c in candidates[i]:
+        last = -1
+        for c in candidates[cell[i]]:
+            if c == last:
+                continue
+            last = c
             square, dot = 0.0, 0.0
             for d in range(3):
                 along = end[c, d] - start[c, d]

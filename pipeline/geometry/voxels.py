@@ -49,8 +49,33 @@ def cell_means(xyz: Floats, size_m: float) -> Floats:
     size_m : float
         Side of a cell.
     """
-    _, cell, count = np.unique(cell_keys(xyz, size_m), return_inverse=True, return_counts=True)
-    return np.column_stack([np.bincount(cell.ravel(), column) / count for column in xyz.T])
+    return cells_with_means(xyz, size_m)[1]
+
+
+def cells_with_means(xyz: Floats, size_m: float) -> tuple[Ints, Floats]:
+    """Number the cells that hold points.
+
+    Parameters
+    ----------
+    xyz : (P, 3) array
+        Metres.
+    size_m : float
+        Side of a cell.
+
+    Returns
+    -------
+    cell : (P,) array of int
+        The cell of every point.
+    mean : (C, 3) array
+        The mean of the points of every cell.
+    """
+    keys = cell_keys(xyz, size_m)
+    order = np.argsort(keys, kind="stable")
+    is_next = np.diff(keys[order], prepend=keys[order[:1]]) > 0
+    cell = np.empty(len(xyz), dtype=np.int64)
+    cell[order] = np.cumsum(is_next)
+    count = np.bincount(cell)
+    return cell, np.column_stack([np.bincount(cell, column) / count for column in xyz.T])
 
 
 def ball_moments(xyz: Floats, radius_m: float) -> tuple[Ints, Floats, Floats]:

@@ -8,7 +8,7 @@ from scipy.sparse import csr_array
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from pipeline.errors import NotATreeError
-from pipeline.geometry.spanning import euclidean_tree
+from pipeline.geometry.spanning import distinct_edges, euclidean_tree
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -56,9 +56,7 @@ def by_neighbours(xyz: Floats, neighbours: int) -> csr_array:
 
 def _matrix(xyz: Floats, pairs: Ints) -> csr_array:
     """Symmetric matrix of the edge lengths of `pairs`, each once; equal points stay joined."""
-    pairs = np.sort(pairs, axis=1)
-    keys = np.unique(pairs[:, 0] * len(xyz) + pairs[:, 1])
-    a, b = np.divmod(keys, len(xyz))
+    a, b = distinct_edges(pairs, len(xyz)).T
     length = np.maximum(np.linalg.norm(xyz[a] - xyz[b], axis=1), 1e-9)
     both = (np.concatenate([a, b]), np.concatenate([b, a]))
     return csr_array((np.concatenate([length, length]), both), shape=(len(xyz), len(xyz)))

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from pipeline.geometry.compiled import compiled
-from pipeline.geometry.spanning import shortest_bridges
+from pipeline.geometry.spanning import distinct_edges, shortest_bridges
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -72,9 +72,7 @@ def joined_neighbours(xyz: Floats, neighbours: int) -> tuple[Ints, Ints]:
     parts, part = connected_components(graph, directed=False)
     if parts > 1:
         pairs = np.vstack([pairs, shortest_bridges(xyz, part.astype(np.int64))])
-    pairs.sort(axis=1)
-    a, b = np.divmod(np.unique(pairs[:, 0] * len(xyz) + pairs[:, 1]), len(xyz))
-    return near, np.column_stack([a, b])
+    return near, distinct_edges(pairs, len(xyz))
 
 
 def _nearest(xyz: Floats, count: int) -> Ints:
