@@ -20,7 +20,7 @@ from pipeline.cityjson import CityjsonOptions
 from pipeline.cloud import CleanOptions
 from pipeline.cylinders import CylinderOptions
 from pipeline.errors import UsageError
-from pipeline.lsystem import LsystemOptions
+from pipeline.lsystem import LstringOptions, LsystemOptions
 from pipeline.options import Options
 from pipeline.skeleton import SkeletonOptions
 from pipeline.toml import allowed, to_toml
@@ -36,6 +36,7 @@ class Config(Options):
     skeleton: SkeletonOptions = Field(SkeletonOptions(), description="from points to a rooted graph")
     cylinders: CylinderOptions = Field(CylinderOptions(), description="radii and the breast-height diameter")
     lsystem: LsystemOptions = Field(LsystemOptions(), description="how the .ls.json is written")
+    lstring: LstringOptions = Field(LstringOptions(), description="how the .lstring is written")
     cityjson: CityjsonOptions = Field(CityjsonOptions(), description="how the .city.json is written")
     picture: PictureOptions = Field(PictureOptions(), description="how the .png is drawn")
 

@@ -12,9 +12,19 @@ from pipeline.cityjson import from_cityjson, read_cityjson, to_cityjson, write_c
 from pipeline.config import Config
 from pipeline.errors import InputFormatError, InputMissingError, UsageError
 from pipeline.formats import mesh_ply, model_npz, qsm, skeleton_ply
-from pipeline.lsystem import decode, encode, read_lsjson, write_lsjson
+from pipeline.lsystem import (
+    Archive,
+    decode,
+    encode,
+    from_lstring,
+    read_lsjson,
+    split_member,
+    to_lstring,
+    write_lsjson,
+)
 from pipeline.mesh import tubes
 from pipeline.model import Skeleton, TreeModel
+from pipeline.output import write_text
 
 DEFAULT_FORMATS = ("lsjson", "cityjson", "skeleton", "mesh", "qsm")
 
@@ -23,11 +33,12 @@ Reader = Callable[[Path], TreeModel | Skeleton]
 
 
 class Format(NamedTuple):
-    """A format's file suffix, how it is written and, where it holds a tree, how it is read."""
+    """A format's suffix, its writer, its reader where it holds a tree, and what it cannot hold."""
 
     suffix: str
     write: Writer
     read: Reader | None = None
+    loses: tuple[str, ...] = ()
 
 
 def _write_lsjson(tree: TreeModel, path: Path, config: Config) -> None:
@@ -36,6 +47,25 @@ def _write_lsjson(tree: TreeModel, path: Path, config: Config) -> None:
 
 def _read_lsjson(path: Path) -> TreeModel:
     return decode(read_lsjson(path))
+
+
+def _write_lstring(tree: TreeModel, path: Path, config: Config) -> None:
+    write_text(path, to_lstring(tree, config.lstring.profile))
+
+
+def _read_lstring(path: Path) -> TreeModel:
+    try:
+        tree = from_lstring(path.read_text(encoding="utf-8-sig"))
+        if len(tree) < 2:
+            msg = "draws nothing; give an L-string with an F"
+            raise InputFormatError(msg)
+        return tree
+    except (OSError, UnicodeDecodeError) as error:
+        msg = f"{path}: cannot be read as text in UTF-8 ({error}); give an .lstring file"
+        raise InputFormatError(msg) from error
+    except InputFormatError as error:
+        msg = f"{path}: {error}"
+        raise InputFormatError(msg) from error
 
 
 def _write_cityjson(tree: TreeModel, path: Path, config: Config) -> None:
@@ -71,8 +101,15 @@ FORMATS: dict[str, Format] = {
     "lsjson": Format(".ls.json", _write_lsjson, _read_lsjson),
     "cityjson": Format(".city.json", _write_cityjson, _read_cityjson),
     "skeleton": Format(".skeleton.ply", _plainly(skeleton_ply.write), skeleton_ply.read),
-    "mesh": Format(".mesh.ply", _write_mesh),
+    "mesh": Format(".mesh.ply", _write_mesh, loses=("the skeleton", "radii", "branch order", "the CRS")),
     "qsm": Format(".qsm.csv", _plainly(qsm.write), qsm.read),
+    "lsjson-zst": Format(".ls.json.zst", _write_lsjson, _read_lsjson),
+    "lstring": Format(
+        ".lstring",
+        _write_lstring,
+        _read_lstring,
+        ("radius errors", "radius sources", "the diameter at breast height"),
+    ),
     "npz": Format(".npz", _plainly(model_npz.write), model_npz.read),
 }
 
@@ -150,8 +187,8 @@ def read_model(path: str | os.PathLike[str]) -> TreeModel | Skeleton:
     Parameters
     ----------
     path : path-like
-        A ``.ls.json``, ``.city.json``, ``.skeleton.ply`` (any ``.ply`` with edges), ``.qsm.csv`` or
-        ``.npz``; a plain ``.json`` is read as what it holds.
+        Ends in the suffix of a format that can be read (any ``.ply`` with edges is a skeleton, a plain
+        ``.json`` is read as what it holds), or is an archive with a tree's name: ``A.lsjson.jsonl.zst#oak``.
 
     Raises
     ------
@@ -160,6 +197,9 @@ def read_model(path: str | os.PathLike[str]) -> TreeModel | Skeleton:
     InputFormatError
         If the suffix is of no model, or the file is damaged.
     """
+    archive, member = split_member(os.fspath(path))
+    if member is not None:
+        return decode(Archive(archive).read(member))
     source = Path(path)
     reader = _reader(source)
     if reader is None:

@@ -35,6 +35,7 @@ def command(model: Path, folder: Path, formats: str | None, config: Config, over
             msg = f"{target}: exists already; add --overwrite or choose another folder with -o"
             raise OutputExistsError(msg)
     tree = read_model(model)
+    options.warn_if_flat(model, tree)
     if not isinstance(tree, TreeModel):
         msg = f"{model}: is a skeleton without radii; measure them first with `treepipe fit`"
         raise InputFormatError(msg)

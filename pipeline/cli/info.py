@@ -47,6 +47,7 @@ def _facts(file: Path) -> dict[str, Any]:
     from pipeline.exchange import read_model
 
     model = read_model(file)
+    options.warn_if_flat(file, model)
     return {**_model_facts(model), **_size(file, len(model))}
 
 

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
-from pipeline.cli.logs import start_logging
+from pipeline.cli.logs import LOGGER, start_logging
 from pipeline.errors import OutputExistsError, UsageError
 
 if TYPE_CHECKING:
     from pipeline.config import Config
+    from pipeline.model import Skeleton, TreeModel
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -29,9 +30,17 @@ ground = click.option(
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 
 
+LSYSTEM_SUFFIXES = (".ls.json", ".ls.json.zst")
+
+
 def output(example: str) -> Callable[[Command], Command]:
     """Add -o, the file to be written."""
     return click.option("-o", "--output", "target", type=FILE, required=True, help=f"Result, {example}.")
+
+
+def lsystem_output(function: Command) -> Command:
+    """Add -o, the L-system to be written."""
+    return output("an .ls.json or .ls.json.zst file")(function)
 
 
 def settings(function: Command) -> Command:
@@ -71,6 +80,15 @@ def messages(function: Command) -> Command:
         click.option("--log", type=FILE, metavar="FILE", help="Append messages to a file, too."),
     )
     return cast("Command", _all(options, with_messages))
+
+
+def warn_if_flat(file: Path, model: TreeModel | Skeleton) -> None:
+    """Say that the height of a tree's foot is not known, where its L-system gave none."""
+    from pipeline.lsystem import FLAT
+    from pipeline.model import TreeModel
+
+    if isinstance(model, TreeModel) and FLAT in model.metadata.get("flags", ()):
+        LOGGER.warning("%s: trunk.anchor has two coordinates; its height is taken as 0", file)
 
 
 def with_method(config: Config, name: str | None) -> Config:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,11 +42,11 @@ def command(context: click.Context, /, file: Path, schema: Path | None, as_json:
 
 
 def _findings(file: Path, schema: Path | None) -> list[Finding]:
-    from pipeline.cityjson import Finding, check, read_cityjson
+    from pipeline.cityjson import check, read_cityjson
 
     name = file.name.lower()
-    if not name.endswith((".city.json", ".ls.json")):
-        msg = f"{file}: cannot be validated; give a .city.json or .ls.json file"
+    if not name.endswith((".city.json", *options.LSYSTEM_SUFFIXES)):
+        msg = f"{file}: cannot be validated; give a .city.json, .ls.json or .ls.json.zst file"
         raise UsageError(msg)
     if not file.is_file():
         msg = f"{file}: there is no such file; check the name"
@@ -56,15 +57,21 @@ def _findings(file: Path, schema: Path | None) -> list[Finding]:
             return check(read_cityjson(file), schema=rules)
         from pipeline.lsystem import decode, read_lsjson
 
-        decode(read_lsjson(file))
+        options.warn_if_flat(file, decode(read_lsjson(file)))
     except InputFormatError as error:
         what, _, remedy = str(error).removeprefix(f"{file}: ").partition("; ")
-        return [
-            Finding(
-                "file", f"{what[:1].upper()}{what[1:]}.", f"{(remedy or 'write the file anew').capitalize()}."
-            )
-        ]
+        place = re.search(r"at character (\d+)", what)
+        where = f"L-string, character {place[1]}" if place else "file"
+        return [_finding(where, what, remedy)]
     return []
+
+
+def _finding(where: str, what: str, remedy: str) -> Finding:
+    from pipeline.cityjson import Finding
+
+    return Finding(
+        where, f"{what[:1].upper()}{what[1:]}.", f"{(remedy or 'write the file anew').capitalize()}."
+    )
 
 
 def _schema(file: Path) -> dict[str, Any]:

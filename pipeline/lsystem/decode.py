@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 
 from pipeline.errors import InputFormatError, ModelError
 from pipeline.lsystem import tokens
-from pipeline.lsystem.document import BreastHeight, Dimensions, Document, checked
+from pipeline.lsystem.document import BreastHeight, Dimensions, Document, checked, is_flat
 from pipeline.lsystem.grammar import expand
 from pipeline.lsystem.loop import RADIAN
 from pipeline.lsystem.numbering import canonical, carried, continued, numbered
 from pipeline.lsystem.radii import grow_radii, shares, sources
 from pipeline.lsystem.turtle import Walk, walk
 from pipeline.model import Floats, Ints, Skeleton, TreeModel, Trunk
+
+FLAT = "flat_anchor"
+"""Flag of a tree whose document gave no height of its foot."""
 
 
 def decode(document: Mapping[str, Any]) -> TreeModel:
@@ -37,19 +40,19 @@ def decode(document: Mapping[str, Any]) -> TreeModel:
     """
     sheet = checked(document)
     text = expand(sheet.axiom, sheet.rules, sheet.applications)
-    path = _walked(text, sheet)
-    order, parent = _numbering(path)
+    path = walked(text, sheet)
+    order, parent = numbering(path)
     skeleton = Skeleton(path.xyz[order], parent, np.array(sheet.trunk.anchor), sheet.crs)
     given = path.width[order]
     given[0] = sheet.trunk.radius
-    share = shares(parent, carried(parent, path.length[order]), sheet.radius.exponent)
+    share = shares(parent, carried(parent, np.abs(path.length[order])), sheet.radius.exponent)
     return TreeModel(
         skeleton,
         grow_radii(parent, share, given),
         sources(sheet.radius.source, len(parent)),
         np.full(len(parent), np.nan),
         _trunk(sheet.trunk.breast_height, skeleton),
-        {"id": sheet.id} if sheet.id is not None else {},
+        _known(sheet, is_flat(document)),
     )
 
 
@@ -72,10 +75,10 @@ def max_error(tree: TreeModel, document: Mapping[str, Any]) -> float:
     return float(np.linalg.norm(offset, axis=1).max())
 
 
-def _walked(text: str, sheet: Document) -> Walk:
+def walked(text: str, sheet: Document) -> Walk:
     """Follow an L-string with the defaults and the unit of its document."""
     symbols, values = tokens.tokenise(text)
-    values = np.where(np.isnan(values), _defaults(sheet.dimensions)[symbols], values)
+    values = np.where(np.isnan(values), defaults(sheet.dimensions)[symbols], values)
     widths = values[symbols == tokens.WIDTH]
     if not (widths >= 0).all():
         at = int(np.flatnonzero((symbols == tokens.WIDTH) & ~(values >= 0))[0])
@@ -93,7 +96,7 @@ def _walked(text: str, sheet: Document) -> Walk:
     return path
 
 
-def _defaults(sizes: Dimensions) -> Floats:
+def defaults(sizes: Dimensions) -> Floats:
     """Return the value of every character that has none, NaN where it needs none or must have one."""
     values = np.full(256, np.nan)
     values[tokens.FORWARD] = sizes.forward
@@ -102,10 +105,16 @@ def _defaults(sizes: Dimensions) -> Floats:
     return values
 
 
-def _numbering(path: Walk) -> tuple[NDArray[np.int64], Ints]:
+def numbering(path: Walk) -> tuple[NDArray[np.int64], Ints]:
     """Return the walked number of each node in the canonical order, and the parents in that order."""
     wood = carried(path.parent, np.abs(path.length))
     return numbered(path.parent, continued(path.parent, path.bracketed, wood))
+
+
+def _known(sheet: Document, flat: bool) -> dict[str, Any]:
+    """Return the metadata: the tree's name, and a flag where its height had to be taken as 0."""
+    name = {"id": sheet.id} if sheet.id is not None else {}
+    return name | ({"flags": (FLAT,)} if flat else {})
 
 
 def _trunk(breast: BreastHeight | None, skeleton: Skeleton) -> Trunk | None:

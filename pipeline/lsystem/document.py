@@ -11,9 +11,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from pipeline.errors import InputFormatError, InputMissingError
+from pipeline.lsystem.storage.compressed import read_compressed, write_compressed
 from pipeline.model import RadiusSource
 from pipeline.output import write_text
 
@@ -25,7 +26,16 @@ EXPONENT = 0.5
 
 _ORDER = ("format", "id", "crs", "degrees", "dimensions", "trunk", "radius", "recursions", "rules", "axiom")
 
-Point = Annotated[list[float], Field(min_length=3, max_length=3)]
+COMPRESSED = ".zst"
+"""Suffix of files that hold the same text in a Zstandard frame."""
+
+
+def _in_space(point: object) -> object:
+    """Put a point of a plane at height 0."""
+    return [*point, 0.0] if isinstance(point, list) and len(point) == 2 else point
+
+
+Point = Annotated[list[float], Field(min_length=3, max_length=3), BeforeValidator(_in_space)]
 Length = Annotated[float, Field(ge=0)]
 
 
@@ -118,6 +128,8 @@ def checked(document: object) -> Document:
 def write_lsjson(document: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
     """Write a document, whole or not at all: one key a line in a fixed order, the axiom last.
 
+    A name that ends in ``.zst`` gets the same text compressed.
+
     Raises
     ------
     OutputError
@@ -126,11 +138,17 @@ def write_lsjson(document: Mapping[str, Any], path: str | os.PathLike[str]) -> N
     known = [key for key in _ORDER if key in document]
     keys = known + sorted(set(document) - set(known))
     lines = [f"{_json(key)}: {_json(document[key])}" for key in keys]
-    write_text(path, "{\n" + ",\n".join(lines) + "\n}\n")
+    text = "{\n" + ",\n".join(lines) + "\n}\n"
+    if Path(path).suffix == COMPRESSED:
+        write_compressed(path, text)
+    else:
+        write_text(path, text)
 
 
 def read_lsjson(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Read a document and check its keys; ours and the files of 2021 alike.
+    """Read a document and check its keys; ours and the files of 2021 alike, compressed or not.
+
+    An anchor of two coordinates stays so; `is_flat` tells.
 
     Raises
     ------
@@ -144,15 +162,22 @@ def read_lsjson(path: str | os.PathLike[str]) -> dict[str, Any]:
         msg = f"{source}: no such file; give the name of an .ls.json file"
         raise InputMissingError(msg)
     try:
-        document: dict[str, Any] = json.loads(source.read_text(encoding="utf-8-sig"))
+        packed = source.suffix == COMPRESSED
+        text = read_compressed(source) if packed else source.read_text(encoding="utf-8-sig")
+        document: dict[str, Any] = json.loads(text)
         checked(document)
     except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
         msg = f"{source}: cannot be read as JSON in UTF-8 ({error}); give an .ls.json file"
         raise InputFormatError(msg) from error
     except InputFormatError as error:
-        msg = f"{source}: {error}"
+        msg = str(error) if str(error).startswith(f"{source}: ") else f"{source}: {error}"
         raise InputFormatError(msg) from error
     return document
+
+
+def is_flat(document: Mapping[str, Any]) -> bool:
+    """Whether the anchor of a document has no height, which then counts as 0."""
+    return len(document["trunk"]["anchor"]) == 2
 
 
 def _json(value: object) -> str:

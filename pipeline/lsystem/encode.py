@@ -77,7 +77,7 @@ def encode(tree: TreeModel, *, options: LsystemOptions | None = None) -> dict[st
         "radius": {**_rule(options), **_sources(tree, options)},
         "recursions": 0,
         "rules": {},
-        "axiom": _nested(skeleton, ["".join(parts) for parts in zip(turns, widths, steps, strict=True)]),
+        "axiom": nested(skeleton, ["".join(parts) for parts in zip(turns, widths, steps, strict=True)]),
     }
 
 
@@ -107,7 +107,7 @@ def _widths(skeleton: Skeleton, length: Floats, radius: Floats, options: Lsystem
     return [f"!({number(r)})" if is_written else "" for is_written, r in pairs]
 
 
-def _nested(skeleton: Skeleton, texts: list[str]) -> str:
+def nested(skeleton: Skeleton, texts: list[str]) -> str:
     """Join the texts of all nodes but the root, side branches in brackets before the axis goes on."""
     order = told(skeleton.parent, skeleton.continuation)
     starts, depths = skeleton.branch_start.tolist(), skeleton.order.tolist()

@@ -14,8 +14,9 @@ FORWARD, RIGHT, LEFT = ord("F"), ord("+"), ord("-")
 ROLL_RIGHT, ROLL_LEFT = ord(">"), ord("<")
 WIDTH, OPEN, CLOSE = ord("!"), ord("["), ord("]")
 
-_TOKEN = re.compile(r"([A-Za-z+\-<>!]|[\[\]](?!\())(?:\(([^()]*)\))?")
-_TEXT = re.compile(rf"(?:{_TOKEN.pattern}|\s)*+")
+TOKEN = re.compile(r"([A-Za-z+\-<>!]|[\[\]](?!\())(?:\(([^()]*)\))?")
+# Without groups: Python's re loses its way where possessive repetition has some (a SystemError).
+_TEXT = re.compile(r"(?:(?:[A-Za-z+\-<>!]|[\[\]](?!\())(?:\([^()]*\))?|\s)*+")
 
 
 def tokenise(text: str) -> tuple[NDArray[np.uint8], Floats]:
@@ -48,7 +49,7 @@ def tokenise(text: str) -> tuple[NDArray[np.uint8], Floats]:
             "it may hold F + - < > ! and letters, each with one value in parentheses, and [ ]"
         )
         raise InputFormatError(msg)
-    found = _TOKEN.findall(text)
+    found = TOKEN.findall(text)
     symbols = np.frombuffer("".join([symbol for symbol, _ in found]).encode("ascii"), dtype=np.uint8)
     written = [value for _, value in found]
     try:
@@ -64,7 +65,7 @@ def tokenise(text: str) -> tuple[NDArray[np.uint8], Floats]:
 
 def position(text: str, token: int) -> int:
     """Return the character at which a token stands; for error texts."""
-    return next(match.start() for i, match in enumerate(_TOKEN.finditer(text)) if i == token)
+    return next(match.start() for i, match in enumerate(TOKEN.finditer(text)) if i == token)
 
 
 def excerpt(text: str, at: int) -> str:

@@ -9,6 +9,7 @@ import tomllib
 import pytest
 
 import pipeline
+from pipeline.cli.main import COMMANDS
 
 HEAVY = ("numpy", "scipy", "numba", "laspy", "pydantic", "pyvista", "multiprocessing.context")
 
@@ -30,7 +31,7 @@ def test_the_module_is_the_command():
     assert result.stdout == f"treepipe {pipeline.__version__}\n"
 
 
-@pytest.mark.parametrize("name", ["run", "clean", "skeleton", "fit", "export", "info", "validate", "config"])
+@pytest.mark.parametrize("name", sorted(COMMANDS))
 def test_every_command_explains_itself(call, name):
     assert call(name, "--help").exit_code == 0
     assert f"  {name} " in call("--help").stdout

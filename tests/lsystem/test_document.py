@@ -72,7 +72,7 @@ def test_what_is_not_json_is_named(tmp_path: Path, content: bytes) -> None:
         ({"recursions": 0.5}, "recursions: "),
         ({"degrees": "yes"}, "degrees: "),
         ({"dimensions": {"forward": "far"}}, r"dimensions\.forward: "),
-        ({"trunk": {"anchor": [0, 0], "radius": 1}}, r"trunk\.anchor: "),
+        ({"trunk": {"anchor": [0], "radius": 1}}, r"trunk\.anchor: "),
         ({"trunk": {"anchor": [0, 0, "x"], "radius": 1}}, r"trunk\.anchor\.2: "),
         ({"trunk": {"anchor": [0, 0, 0], "radius": -1}}, r"trunk\.radius: "),
         ({"trunk": {"anchor": [0, 0, 0]}}, r"trunk\.radius: field required; mend it as docs/lsystem.md says"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pipeline.errors import InputFormatError
 from pipeline.lsystem.tokens import number, tokenise
 
 
@@ -24,3 +25,13 @@ def test_nothing_is_nothing() -> None:
 def test_numbers_are_short(value: float, text: str) -> None:
     assert number(value) == text
     assert float(text) == value
+
+
+@pytest.mark.parametrize("text", ["F(1) ", "F[+F]\n(1)", "\n(1)", " )F[", "F(1) \\+]F7"])
+def test_white_space_before_a_fault(text: str) -> None:
+    """Python's regular expressions have failed here."""
+    if text.strip() == "F(1)":
+        assert tokenise(text)[0].tolist() == [ord("F")]
+    else:
+        with pytest.raises(InputFormatError, match="at character"):
+            tokenise(text)

@@ -1,0 +1,1 @@
+"""The L-strings of other programs."""

@@ -1,0 +1,1 @@
+"""L-systems on disk: compressed files, and archives of many trees."""

@@ -1,0 +1,1 @@
+"""L-systems changed: generalised, shortened by repeats, grown."""
