@@ -27,6 +27,7 @@ COMMANDS = {
     "expand": "Print the L-string of an L-system.",
     "info": "Tell what a file holds.",
     "validate": "Check a CityJSON or LsJSON file.",
+    "regress": "Keep references, and check today's output against them.",
     "config": "Show the settings.",
 }
 """Subcommands by name, with what `treepipe --help` says of them; the code is in the file of that name."""

@@ -51,6 +51,7 @@ def command(
     one_thread()  # before anything loads a linear algebra library
     from pipeline.jobs.inputs import check_free, find_inputs
     from pipeline.jobs.summary import write_summary
+    from pipeline.output import write_text
 
     overwrite = given.pop("overwrite")
     work = _reconstruction(out, **given)
@@ -61,6 +62,7 @@ def command(
     work.prepare()
     outcomes = _work(work, inputs, min(workers, len(inputs)), verbose=context.meta["verbose"])
     write_summary(outcomes, perf_counter() - started, out / "summary.json")
+    write_text(out / "config.toml", work.config.to_toml())
     if not context.meta["quiet"]:
         _print_table(outcomes, out)
     context.exit(1 if any(outcome.error for outcome in outcomes) else 0)
