@@ -5,5 +5,5 @@ from setuptools import find_packages, setup
 setup(
     packages=[*find_packages(include=["pipeline", "pipeline.*"]), "pipeline.configs"],
     package_dir={"pipeline.configs": "configs"},
-    package_data={"pipeline.configs": ["*.toml"], "pipeline": ["py.typed"]},
+    package_data={"pipeline.configs": ["*.toml"], "pipeline": ["py.typed"], "pipeline.cityjson": ["*.json"]},
 )

@@ -21,6 +21,7 @@ from pipeline.cloud import CleanOptions
 from pipeline.cylinders import CylinderOptions
 from pipeline.errors import UsageError
 from pipeline.lsystem import LstringOptions, LsystemOptions
+from pipeline.mesh import MeshOptions
 from pipeline.options import Options
 from pipeline.skeleton import SkeletonOptions
 from pipeline.toml import allowed, to_toml
@@ -38,6 +39,7 @@ class Config(Options):
     lsystem: LsystemOptions = Field(LsystemOptions(), description="how the .ls.json is written")
     lstring: LstringOptions = Field(LstringOptions(), description="how the .lstring is written")
     cityjson: CityjsonOptions = Field(CityjsonOptions(), description="how the .city.json is written")
+    mesh: MeshOptions = Field(MeshOptions(), description="how surfaces are drawn: .mesh.ply, .obj, .glb")
     picture: PictureOptions = Field(PictureOptions(), description="how the .png is drawn")
 
     @property

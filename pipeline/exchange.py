@@ -11,7 +11,23 @@ from typing import NamedTuple
 from pipeline.cityjson import from_cityjson, read_cityjson, to_cityjson, write_cityjson
 from pipeline.config import Config
 from pipeline.errors import InputFormatError, InputMissingError, UsageError
-from pipeline.formats import mesh_ply, model_npz, qsm, skeleton_ply
+from pipeline.formats import (
+    adtree_ply,
+    glb,
+    gpkg,
+    mesh_ply,
+    model_npz,
+    mtg,
+    obj,
+    qsm,
+    simpleforest,
+    skeleton_ply,
+    swc,
+    treefile,
+    treeqsm,
+    treeqsm_mat,
+)
+from pipeline.formats.ply import open_ply
 from pipeline.lsystem import (
     Archive,
     decode,
@@ -22,7 +38,7 @@ from pipeline.lsystem import (
     to_lstring,
     write_lsjson,
 )
-from pipeline.mesh import tubes
+from pipeline.mesh import Mesh, build, union
 from pipeline.model import Skeleton, TreeModel
 from pipeline.output import write_text
 
@@ -88,8 +104,26 @@ def _read_json(path: Path) -> TreeModel:
     return _read_cityjson(path) if is_city else _read_lsjson(path)
 
 
-def _write_mesh(tree: TreeModel, path: Path, _config: Config) -> None:
-    mesh_ply.write(tubes(tree), path)
+def _surface(tree: TreeModel, config: Config) -> Mesh:
+    return (union if config.mesh.union else build)(tree, options=config.mesh)
+
+
+def _write_mesh(tree: TreeModel, path: Path, config: Config) -> None:
+    mesh_ply.write(_surface(tree, config), path)
+
+
+def _write_obj(tree: TreeModel, path: Path, config: Config) -> None:
+    obj.write(_surface(tree, config), path)
+
+
+def _write_glb(tree: TreeModel, path: Path, config: Config) -> None:
+    glb.write(_surface(tree, config), path)
+
+
+def _read_ply(path: Path) -> TreeModel | Skeleton:
+    """Read the edges of a .ply: AdTree's are lists."""
+    edge = open_ply(path).element("edge")
+    return adtree_ply.read(path) if edge is not None and edge.has_lists else skeleton_ply.read(path)
 
 
 def _plainly(write_file: Callable[[TreeModel, Path], None]) -> Writer:
@@ -97,23 +131,38 @@ def _plainly(write_file: Callable[[TreeModel, Path], None]) -> Writer:
     return lambda tree, path, _config: write_file(tree, path)
 
 
+SHAPE_ALONE = ("skeleton", "radii", "branch order", "trunk", "metadata")
+"""What a surface does not hold; the CRS stands in a comment."""
+
 FORMATS: dict[str, Format] = {
     "lsjson": Format(".ls.json", _write_lsjson, _read_lsjson),
     "cityjson": Format(".city.json", _write_cityjson, _read_cityjson),
     "skeleton": Format(".skeleton.ply", _plainly(skeleton_ply.write), skeleton_ply.read),
-    "mesh": Format(".mesh.ply", _write_mesh, loses=("the skeleton", "radii", "branch order", "the CRS")),
+    "mesh": Format(".mesh.ply", _write_mesh, loses=SHAPE_ALONE),
     "qsm": Format(".qsm.csv", _plainly(qsm.write), qsm.read),
+    "swc": Format(".swc", _plainly(swc.write), swc.read, swc.LOSES),
+    "treefile": Format(".treefile.txt", _plainly(treefile.write), treefile.read, treefile.LOSES),
+    "treeqsm": Format(".treeqsm.txt", _plainly(treeqsm.write), treeqsm.read, treeqsm.LOSES),
+    "simpleforest": Format(
+        ".simpleforest.csv", _plainly(simpleforest.write), simpleforest.read, simpleforest.LOSES
+    ),
+    "mtg": Format(".mtg", _plainly(mtg.write), mtg.read, mtg.LOSES),
+    "gpkg": Format(".gpkg", _plainly(gpkg.write), gpkg.read, gpkg.LOSES),
     "lsjson-zst": Format(".ls.json.zst", _write_lsjson, _read_lsjson),
     "lstring": Format(
-        ".lstring",
-        _write_lstring,
-        _read_lstring,
-        ("radius errors", "radius sources", "the diameter at breast height"),
+        ".lstring", _write_lstring, _read_lstring, ("radius source", "radius error", "trunk", "metadata")
     ),
+    "obj": Format(".obj", _write_obj, loses=SHAPE_ALONE),
+    "glb": Format(".glb", _write_glb, loses=SHAPE_ALONE),
     "npz": Format(".npz", _plainly(model_npz.write), model_npz.read),
 }
 
-_READ_BESIDE: dict[str, Reader] = {".ply": skeleton_ply.read, ".csv": qsm.read, ".json": _read_json}
+_READ_BESIDE: dict[str, Reader] = {
+    ".ply": _read_ply,
+    ".csv": qsm.read,
+    ".json": _read_json,
+    ".mat": treeqsm_mat.read,
+}
 """Readers of suffixes that do not name a format by themselves; what is inside decides."""
 
 

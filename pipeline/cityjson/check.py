@@ -1,9 +1,9 @@
 """Find what is wrong with a CityJSON 2.0 document, and say how to mend it.
 
-Checked: the official schema where it is given; identifiers of parents and children; levels of detail,
-reference system, types of objects and semantic surfaces; that every index exists and every vertex is
-used and stands alone; and that every shell encloses a solid. Not checked: whether a solid passes
-through itself.
+Checked: the official schema where it is given; our own extension where it is declared; identifiers of
+parents and children; levels of detail, reference system, types of objects and semantic surfaces; that
+every index exists and every vertex is used and stands alone; and that every shell encloses a solid.
+Not checked: whether a solid passes through itself.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.cityjson.extension import extension_findings
 from pipeline.cityjson.finding import Finding
 from pipeline.cityjson.geometry_check import geometry_findings
 from pipeline.cityjson.nesting import flat, is_nested
@@ -44,6 +45,7 @@ def check(document: Mapping[str, Any], *, schema: Mapping[str, Any] | None = Non
     objects = document.get("CityObjects")
     if not isinstance(objects, Mapping):
         return [*found, Finding("CityObjects", "There are no city objects.", "Add the member CityObjects.")]
+    found += extension_findings(document)
     found += _family_findings(objects)
     found += _type_findings(objects, extended=bool(document.get("extensions")))
     points, step, trouble = _points(document)

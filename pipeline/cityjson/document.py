@@ -1,4 +1,4 @@
-"""A tree as a CityJSON 2.0 document that validates and opens everywhere: no extension, only solids."""
+"""A tree as a CityJSON 2.0 document, in one of three profiles."""
 
 from __future__ import annotations
 
@@ -6,20 +6,43 @@ import json
 import os
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
-from pipeline.cityjson.geometry import solids
+from pipeline.cityjson.attributes import describe
+from pipeline.cityjson.compact import compact_object
+from pipeline.cityjson.extension import declaration
+from pipeline.cityjson.geometry import Drawing, draw
 from pipeline.cityjson.graph import encode_graph
+from pipeline.cityjson.grid import Whole
 from pipeline.cityjson.options import CityjsonOptions
 from pipeline.errors import UsageError
-from pipeline.model import TreeModel
+from pipeline.model import Floats, TreeModel
 from pipeline.output import write_text
 
-BREAST_HEIGHT_M = 1.3
+
+@dataclass(frozen=True, eq=False)
+class Objects:
+    """City objects of one tree and the vertices they name.
+
+    Parameters
+    ----------
+    members : dict
+        What stands under ``CityObjects``, the tree first.
+    vertices : (V, 3) array of int64
+        Steps of `step` from `translate`.
+    step : float
+        Metres.
+    translate : (3,) array of float64
+        World coordinates of the vertices' zero.
+    """
+
+    members: dict[str, Any]
+    vertices: Whole
+    step: float
+    translate: Floats
 
 
 def to_cityjson(tree: TreeModel, *, name: str, options: CityjsonOptions | None = None) -> dict[str, Any]:
@@ -32,12 +55,14 @@ def to_cityjson(tree: TreeModel, *, name: str, options: CityjsonOptions | None =
     name : str
         The identifier of the city object.
     options : CityjsonOptions, optional
+        Its `profile` decides what is written; the default needs no extension.
 
     Returns
     -------
     dict
         One ``SolitaryVegetationObject`` whose geometry is a list of ``Solid``s, one closed tube per
-        branch, and whose attribute ``skeleton`` holds the tree without loss (`from_cityjson`).
+        branch, and whose attribute ``skeleton`` holds the tree without loss (`from_cityjson`). The
+        compact profile has axes and classes of radius instead.
 
     Raises
     ------
@@ -48,30 +73,85 @@ def to_cityjson(tree: TreeModel, *, name: str, options: CityjsonOptions | None =
     ----------
     CityJSON Specifications 2.0.1, https://www.cityjson.org/specs/2.0.1/
     """
-    if not name:
-        msg = "a city object needs a name; give the name of the tree or of its file"
-        raise UsageError(msg)
     options = options or CityjsonOptions()
-    geometry, vertices, translate = solids(tree, options)
-    metadata: dict[str, Any] = {
-        "geographicalExtent": _extent(tree, vertices, translate, options.vertex_step_m)
-    }
-    reference = crs_url(tree.skeleton.crs)
-    if reference:
-        metadata = {"referenceSystem": reference, **metadata}
-    attributes = describe(tree)
-    if options.skeleton:
-        attributes["skeleton"] = encode_graph(tree, options)
-    return {
+    made = city_objects(tree, name, options)
+    document = header(tree.skeleton.crs, options, made.step, made.translate)
+    document["metadata"]["geographicalExtent"] = extent(tree, made)
+    return document | {"CityObjects": made.members, "vertices": made.vertices.tolist()}
+
+
+def header(crs: str | None, options: CityjsonOptions, step: float, translate: Floats) -> dict[str, Any]:
+    """Return what stands before the city objects.
+
+    Parameters
+    ----------
+    crs : str or None
+    options : CityjsonOptions
+    step : float
+        Of the vertices, metres.
+    translate : (3,) array of float64
+
+    Returns
+    -------
+    dict
+        Type, version, metadata (empty where the reference system is unknown), transform, and the
+        extension where the profile needs it.
+    """
+    reference = crs_url(crs)
+    metadata: dict[str, Any] = {"referenceSystem": reference} if reference else {}
+    zero = [int(v) if v == int(v) else v for v in translate.tolist()]
+    document: dict[str, Any] = {
         "type": "CityJSON",
         "version": "2.0",
         "metadata": metadata,
-        "transform": {"scale": [options.vertex_step_m] * 3, "translate": translate.tolist()},
-        "CityObjects": {
-            name: {"type": "SolitaryVegetationObject", "attributes": attributes, "geometry": geometry}
-        },
-        "vertices": vertices.tolist(),
+        "transform": {"scale": [step] * 3, "translate": zero},
     }
+    return document if options.profile == "default" else document | declaration(options)
+
+
+def city_objects(
+    tree: TreeModel, name: str, options: CityjsonOptions, translate: Floats | None = None
+) -> Objects:
+    """Make the city objects of one tree.
+
+    Parameters
+    ----------
+    tree : TreeModel
+    name : str
+    options : CityjsonOptions
+    translate : (3,) array of float64, optional
+        World coordinates of the vertices' zero; where none is given, one near the tree.
+
+    Returns
+    -------
+    Objects
+
+    Raises
+    ------
+    UsageError
+        If the name is empty.
+    """
+    if not name:
+        msg = "a city object needs a name; give the name of the tree or of its file"
+        raise UsageError(msg)
+    if options.profile == "compact":
+        translate = tree.skeleton.origin if translate is None else translate
+        members, vertices = compact_object(tree, options, translate)
+        return Objects({name: members}, vertices, options.node_step_m, translate)
+    lines = options.skeleton_object or options.profile == "extension"
+    drawing = draw(tree, options, translate=translate, lines=lines)
+    members = {name: _tree_object(tree, drawing, options)}
+    if lines:
+        members[name]["children"] = [f"{name}-skeleton"]
+        members[f"{name}-skeleton"] = _skeleton_object(tree, name, drawing, options)
+    return Objects(members, drawing.vertices, options.vertex_step_m, drawing.translate)
+
+
+def extent(tree: TreeModel, made: Objects) -> list[float]:
+    """Return the least and the greatest world coordinates: of the vertices, else of the nodes."""
+    steps = made.vertices
+    corners = steps * made.step + made.translate if len(steps) else tree.skeleton.world
+    return [round(float(v), 4) for v in (*corners.min(axis=0), *corners.max(axis=0))]
 
 
 def write_cityjson(document: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
@@ -87,7 +167,12 @@ def write_cityjson(document: Mapping[str, Any], path: str | os.PathLike[str]) ->
     OutputError
         If the file cannot be written.
     """
-    write_text(path, json.dumps(document, separators=(",", ":"), ensure_ascii=False, allow_nan=False) + "\n")
+    write_text(path, as_line(document))
+
+
+def as_line(document: Mapping[str, Any]) -> str:
+    """Return a document as one line of JSON."""
+    return json.dumps(document, separators=(",", ":"), ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def crs_url(crs: str | None) -> str | None:
@@ -102,74 +187,47 @@ def crs_url(crs: str | None) -> str | None:
     return f"https://www.opengis.net/def/crs/{match[1].upper()}/0/{match[2]}" if match else None
 
 
-def describe(tree: TreeModel) -> dict[str, Any]:
-    """Return what the city object says of the tree: metres, three or four decimals.
+def _tree_object(tree: TreeModel, drawing: Drawing, options: CityjsonOptions) -> dict[str, Any]:
+    attributes = describe(tree)
+    extended = options.profile == "extension"
+    if options.skeleton:
+        attributes["+treeskel-graph" if extended else "skeleton"] = encode_graph(tree, options)
+    geometry: list[dict[str, Any]] = []
+    first = [int(path[-1]) for path in tree.skeleton.paths]  # any node that lies on the branch itself
+    for lod, branch, faces in drawing.shells:
+        solid: dict[str, Any] = {"type": "Solid", "lod": lod, "boundaries": [_surfaces(faces)]}
+        if extended and branch >= 0:
+            order = int(tree.skeleton.order[first[branch]])
+            wood = {"type": "+WoodSurface", "branch": branch, "order": order}
+            solid["semantics"] = {"surfaces": [wood], "values": [[0] * len(faces)]}
+        geometry.append(solid)
+    return {"type": "SolitaryVegetationObject", "attributes": attributes, "geometry": geometry}
 
-    Parameters
-    ----------
-    tree : TreeModel
 
-    Returns
-    -------
-    dict
-        ``species``, ``height``, ``trunkDiameter`` and ``crownDiameter`` as CityGML names them, and
-        ``dbh`` with its interval, arc, source and the height of the ground. What is unknown is absent.
-    """
-    known, trunk, z = tree.metadata, tree.trunk, tree.skeleton.xyz[:, 2]
-    ground = float(_first(trunk.ground_z if trunk else None, known.get("ground_z"), z.min()))
-    top = float(_first(known.get("top_z"), z.max()))
-    breast = trunk.dbh_m if trunk and trunk.dbh_m else _diameter_at(tree, ground + BREAST_HEIGHT_M)
-    found: dict[str, Any] = {
-        "species": known.get("species"),
-        "height": _rounded(top - ground, 3),
-        "trunkDiameter": _rounded(breast, 4),
-        "crownDiameter": _rounded(_crown_diameter(tree), 3),
+def _surfaces(faces: Whole) -> list[list[list[int]]]:
+    """Nest triangles as surfaces of one ring, a little faster than by `tolist`."""
+    return [[[a, b, c]] for a, b, c in zip(*faces.T.tolist(), strict=True)]
+
+
+def _skeleton_object(
+    tree: TreeModel, name: str, drawing: Drawing, options: CityjsonOptions
+) -> dict[str, Any]:
+    """Return the axes: one line per branch from its foot, and as many radii, the first its own."""
+    step = options.radius_step_m
+    radii = [tree.radius[path] for path in tree.skeleton.paths]
+    for radius, path in zip(radii, tree.skeleton.paths, strict=True):
+        radius[:1] = tree.start_radius[path[:2][-1]]
+    attributes: dict[str, Any] = {
+        "tree": name,
+        "radiusScale": step,
+        "radii": [np.rint(radius / step).astype(np.int64).tolist() for radius in radii],
     }
-    if trunk:
-        found |= {
-            "dbh": _rounded(trunk.dbh_m, 4),
-            "dbhLow": _rounded(trunk.lo_m, 4),
-            "dbhHigh": _rounded(trunk.hi_m, 4),
-            "dbhArc": _rounded(trunk.arc_deg, 1),
-            "dbhSource": trunk.source,
-            "groundHeight": _rounded(trunk.ground_z + float(tree.skeleton.origin[2]), 4),
-        }
-    return {key: value for key, value in found.items() if value is not None}
-
-
-def _first(*values: Any) -> Any:
-    """Return the first value that is known."""
-    return next(value for value in values if value is not None)
-
-
-def _rounded(value: float | None, decimals: int) -> float | None:
-    return None if value is None or not np.isfinite(value) else round(float(value), decimals)
-
-
-def _diameter_at(tree: TreeModel, height: float) -> float | None:
-    """Return the diameter of the stem where it first passes `height`."""
-    stem = tree.skeleton.paths[0]
-    z, radius = tree.skeleton.xyz[stem, 2], tree.radius[stem]
-    for k in np.flatnonzero((z[:-1] <= height) & (z[1:] > height))[:1]:
-        share = (height - z[k]) / (z[k + 1] - z[k])
-        return float(2 * (radius[k] + share * (radius[k + 1] - radius[k])))
-    return None
-
-
-def _crown_diameter(tree: TreeModel) -> float | None:
-    """Return the diameter of the circle with the crown's area in plan."""
-    area = tree.metadata.get("crown_area_m2")
-    if area is None:
-        try:
-            area = ConvexHull(tree.skeleton.xyz[:, :2]).volume
-        except (QhullError, ValueError):  # too few nodes, or all on one line
-            return None
-    return float(2 * np.sqrt(float(area) / np.pi))
-
-
-def _extent(
-    tree: TreeModel, vertices: NDArray[np.int64], translate: NDArray[np.int64], step: float
-) -> list[float]:
-    """Return the least and the greatest world coordinates: of the vertices, else of the nodes."""
-    corners = vertices * step + translate if len(vertices) else tree.skeleton.world
-    return [round(float(v), 4) for v in (*corners.min(axis=0), *corners.max(axis=0))]
+    if not drawing.lines_tell_nodes:
+        attributes["nodes"] = [path.tolist() for path in tree.skeleton.paths]
+    lines = [line.tolist() for line in drawing.lines]
+    return {
+        "type": "+TreeSkeleton" if options.profile == "extension" else "GenericCityObject",
+        "parents": [name],
+        "attributes": attributes,
+        "geometry": [{"type": "MultiLineString", "lod": "0", "boundaries": lines}],
+    }

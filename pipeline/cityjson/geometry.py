@@ -1,18 +1,17 @@
-"""Vertices and solids: the tubes of a tree on a grid of whole steps, and the hull around them."""
+"""Shells and lines: the tubes of a tree on a grid of whole steps, the hull around them, the axes."""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from pipeline.cityjson.grid import Whole, merged, only_used, steps
 from pipeline.cityjson.options import CityjsonOptions
 from pipeline.mesh import Mesh, TubeOptions, tubes
 from pipeline.model import Floats, TreeModel
-
-Whole = NDArray[np.int64]
 
 HULL_SHARE = 0.02
 """Corners of the hull stand at least this far apart, as a share of its diagonal: it is a sketch."""
@@ -21,76 +20,84 @@ FLATTEST_M = 0.002
 """A hull triangle is at least this wide, so that it survives snapping to a millimetre."""
 
 
-def solids(
-    tree: TreeModel, options: CityjsonOptions
-) -> tuple[list[dict[str, Any]], Whole, NDArray[np.int64]]:
-    """Draw a tree as CityJSON solids.
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A tree as shells and lines on a grid.
+
+    Parameters
+    ----------
+    shells : list of (lod, branch, faces)
+        Faces are (F, 3) arrays of int64; the branch of the hull is -1.
+    lines : list of (K,) array of int64
+        Vertices along every branch from its foot; empty unless asked for.
+    lines_tell_nodes : bool
+        Whether every node has a vertex of its own, in the order of the nodes.
+    vertices : (V, 3) array of int64
+        Steps of `vertex_step_m` from `translate`; none twice, all used.
+    translate : (3,) array of float64
+        World coordinates of the vertices' zero.
+    """
+
+    shells: list[tuple[str, int, Whole]]
+    lines: list[Whole]
+    lines_tell_nodes: bool
+    vertices: Whole
+    translate: Floats
+
+
+def draw(tree: TreeModel, options: CityjsonOptions, *, translate: Floats | None, lines: bool) -> Drawing:
+    """Draw a tree: its hull (lod 1), the tubes of the main branches (2), of all branches (3).
 
     Parameters
     ----------
     tree : TreeModel
     options : CityjsonOptions
+    translate : (3,) array of float64 or None
+        World coordinates of the vertices' zero; None for the whole metres below the lowest corner.
+    lines : bool
+        Whether the axes of the branches are drawn too.
 
     Returns
     -------
-    geometry : list of dict
-        One ``Solid`` each: the hull (lod 1), the tubes of the main branches (2), of all branches (3).
-    vertices : (V, 3) array of int64
-        Steps of `vertex_step_m` from `translate`; none twice, all used.
-    translate : (3,) array of int64
-        World coordinates of the vertices' zero, whole metres.
+    Drawing
     """
     mesh = tubes(tree, options=TubeOptions(max_deviation_m=options.max_deviation_m))
-    vertices, faces, translate = on_grid(mesh, options.vertex_step_m)
-    parts: list[tuple[str, NDArray[Any]]] = []
-    if "1" in options.lods and len(vertices):
-        parts += [("1", shell) for shell in (hull(vertices, options.vertex_step_m),) if shell is not None]
-    cuts = np.flatnonzero(np.diff(mesh.branch)) + 1
-    by_branch = np.split(faces, cuts) if len(faces) else []
-    number = mesh.branch[np.concatenate([[0], cuts])] if len(faces) else []
-    main = main_branches(tree, options.main_share)
-    if "2" in options.lods:
-        parts += [("2", shell) for b, shell in zip(number, by_branch, strict=True) if main[b]]
-    if "3" in options.lods:
-        parts += [("3", shell) for shell in by_branch]
-    vertices, shells = only_used(vertices, [shell for _, shell in parts])
-    geometry = [
-        {"type": "Solid", "lod": lod, "boundaries": [shell[:, None, :].tolist()]}
-        for (lod, _), shell in zip(parts, shells, strict=True)
+    if translate is None:
+        low = mesh.vertices.min(axis=0) if len(mesh.vertices) else np.zeros(3)
+        translate = np.floor(low + mesh.origin)
+    points = np.concatenate([mesh.vertices, tree.skeleton.xyz]) if lines else mesh.vertices
+    vertices, number = merged(steps(points, mesh.origin, translate, options.vertex_step_m))
+    bark, node = number[: len(mesh.vertices)], number[len(mesh.vertices) :]
+    shells = _shells(tree, mesh, bark[mesh.faces], vertices[: bark.max(initial=-1) + 1], options)
+    axes = [node[path] for path in tree.skeleton.paths] if lines else []
+    vertices, parts = only_used(vertices, [*(faces for _, _, faces in shells), *axes])
+    named = [
+        (lod, branch, faces) for (lod, branch, _), faces in zip(shells, parts[: len(shells)], strict=True)
     ]
-    return geometry, vertices, translate
+    told = bool((np.diff(node) > 0).all())
+    return Drawing(named, parts[len(shells) :], told, vertices, translate)
 
 
-def on_grid(mesh: Mesh, step: float) -> tuple[Whole, Whole, Whole]:
-    """Round the vertices of a mesh to whole steps and merge those that become one.
-
-    Parameters
-    ----------
-    mesh : Mesh
-    step : float
-        Metres.
-
-    Returns
-    -------
-    vertices : (V, 3) array of int64
-        Steps from `translate`, in the order of their first use.
-    faces : (F, 3) array of int64
-    translate : (3,) array of int64
-        World coordinates of the zero, whole metres.
-    """
-    low = mesh.vertices.min(axis=0) if len(mesh.vertices) else np.zeros(3)
-    translate = np.floor(low + mesh.origin)
-    rounded = np.rint((mesh.vertices + (mesh.origin - translate)) / step).astype(np.int64)
-    order = np.lexsort(rounded.T)
-    first = np.ones(len(order), dtype=bool)
-    first[1:] = (rounded[order[1:]] != rounded[order[:-1]]).any(axis=1)
-    group = np.empty(len(order), dtype=np.int64)
-    group[order] = np.cumsum(first) - 1
-    speaker = np.full(int(first.sum()), len(order), dtype=np.int64)
-    np.minimum.at(speaker, group, np.arange(len(order)))
-    rank = np.empty(len(speaker), dtype=np.int64)
-    rank[np.argsort(speaker)] = np.arange(len(speaker))
-    return rounded[np.sort(speaker)], rank[group][mesh.faces], translate.astype(np.int64)
+def _shells(
+    tree: TreeModel, mesh: Mesh, faces: Whole, vertices: Whole, options: CityjsonOptions
+) -> list[tuple[str, int, Whole]]:
+    """Return the levels that are wanted; a tree that draws nothing has none."""
+    if not len(faces):
+        return []
+    shells: list[tuple[str, int, Whole]] = []
+    if "1" in options.lods:
+        shells += [
+            ("1", -1, shell) for shell in (hull(vertices, options.vertex_step_m),) if shell is not None
+        ]
+    cuts = np.flatnonzero(np.diff(mesh.branch)) + 1
+    number = mesh.branch[np.concatenate([[0], cuts])].tolist()
+    tube = list(zip(number, np.split(faces, cuts), strict=True))
+    if "2" in options.lods:
+        main = main_branches(tree, options.main_share)
+        shells += [("2", b, shell) for b, shell in tube if main[b]]
+    if "3" in options.lods:
+        shells += [("3", b, shell) for b, shell in tube]
+    return shells
 
 
 def main_branches(tree: TreeModel, share: float) -> NDArray[np.bool_]:
@@ -164,15 +171,6 @@ def spread(points: Floats, spacing: float) -> NDArray[np.int64]:
         chosen.append(int(np.argmax(away)))
         away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
     return np.sort(np.array(chosen, dtype=np.int64))
-
-
-def only_used(vertices: Whole, shells: list[NDArray[Any]]) -> tuple[Whole, list[NDArray[Any]]]:
-    """Drop the vertices that no shell names, and renumber."""
-    used = np.zeros(len(vertices), dtype=bool)
-    for shell in shells:
-        used[shell] = True
-    number = np.cumsum(used) - 1
-    return vertices[used], [number[shell] for shell in shells]
 
 
 def _wrapped(points: Floats, chosen: NDArray[np.int64]) -> tuple[NDArray[np.int64] | None, float]:

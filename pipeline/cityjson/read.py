@@ -1,17 +1,21 @@
-"""CityJSON files back to trees."""
+"""CityJSON files back to trees, whichever profile they are in."""
 
 from __future__ import annotations
 
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
 from pipeline.cityjson.graph import decode_graph
+from pipeline.cityjson.lines import has_classes, has_radii, tree_of_classes, tree_of_radii
 from pipeline.errors import InputFormatError, InputMissingError
 from pipeline.model import RADIUS_SOURCES, TreeModel, Trunk
+
+GRAPHS = ("skeleton", "+treeskel-graph")
+"""Attributes that hold a tree as whole numbers."""
 
 
 def read_cityjson(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -34,7 +38,7 @@ def read_cityjson(path: str | os.PathLike[str]) -> dict[str, Any]:
         If it is not JSON, or not a CityJSON object.
     """
     try:
-        document = json.loads(Path(path).read_bytes(), parse_constant=_refused)
+        document = parsed(Path(path).read_bytes())
     except (FileNotFoundError, IsADirectoryError) as error:
         msg = f"{path}: there is no such file; check the name"
         raise InputMissingError(msg) from error
@@ -50,36 +54,91 @@ def read_cityjson(path: str | os.PathLike[str]) -> dict[str, Any]:
     return document
 
 
+def parsed(text: bytes) -> Any:
+    """Return what JSON text says.
+
+    Raises
+    ------
+    ValueError, RecursionError
+        If it is not JSON; NaN and Infinity are not either.
+    """
+    return json.loads(text, parse_constant=_refused)
+
+
 def from_cityjson(document: Mapping[str, Any]) -> TreeModel:
     """Make the tree of the first city object that carries a skeleton.
 
     Parameters
     ----------
     document : mapping
-        As `to_cityjson` makes it.
+        As `to_cityjson` makes it in any profile, or a file of 2021, whose lines have classes of radius.
 
     Returns
     -------
     TreeModel
-        Parents exact, nodes and radii within half a step; the trunk and the species too.
+        Parents exact, nodes and radii within half a step (half a class in the compact profile); the
+        trunk and the species too.
 
     Raises
     ------
     InputFormatError
         If no object carries a skeleton, or it is damaged.
+
+    Notes
+    -----
+    A skeleton as whole numbers is taken before lines, since lines alone do not always tell nodes apart
+    that stand in one place. Lines of 2021 do not say where their radii come from: these count as allometric.
     """
     objects = document.get("CityObjects")
-    for name, thing in objects.items() if isinstance(objects, Mapping) else ():
-        known = thing.get("attributes") if isinstance(thing, Mapping) else None
-        if isinstance(known, Mapping) and isinstance(known.get("skeleton"), Mapping):
-            try:
-                tree = decode_graph(known["skeleton"], crs=crs_of(document))
-            except InputFormatError as error:
-                msg = f"city object {name!r}: {error}"
-                raise InputFormatError(msg) from error
-            return _with_trunk(tree, known)
-    msg = "no city object carries the attribute `skeleton`; only files that hold it can become a tree again"
+    named = {
+        name: thing
+        for name, thing in (objects.items() if isinstance(objects, Mapping) else ())
+        if isinstance(thing, Mapping)
+    }
+    for name, kind, held in _skeletons(named):
+        try:
+            tree = _tree(kind, held, document)
+        except InputFormatError as error:
+            msg = f"city object {name!r}: {error}"
+            raise InputFormatError(msg) from error
+        return _with_trunk(tree, _told(named, name))
+    msg = (
+        "no city object carries the attribute `skeleton`, nor lines with radii; "
+        "only files that hold it can become a tree again"
+    )
     raise InputFormatError(msg)
+
+
+def _skeletons(named: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+    """Yield what a tree can be made of: name, kind, and the part that holds it; the best first."""
+    for name, thing in named.items():
+        for key in GRAPHS:
+            if isinstance(_attributes(thing).get(key), Mapping):
+                yield name, "graph", _attributes(thing)[key]
+    for kind, holds in (("classes", has_classes), ("radii", has_radii)):
+        for name, thing in named.items():
+            if holds(thing):
+                yield name, kind, thing
+
+
+def _tree(kind: str, held: Mapping[str, Any], document: Mapping[str, Any]) -> TreeModel:
+    crs = crs_of(document)
+    if kind == "graph":
+        return decode_graph(held, crs=crs)
+    make = tree_of_classes if kind == "classes" else tree_of_radii
+    return make(held, document.get("vertices"), document.get("transform"), crs=crs)
+
+
+def _attributes(thing: Mapping[str, Any]) -> Mapping[str, Any]:
+    known = thing.get("attributes")
+    return known if isinstance(known, Mapping) else {}
+
+
+def _told(named: Mapping[str, Mapping[str, Any]], name: str) -> Mapping[str, Any]:
+    """Return the attributes of the tree: of the object itself, or of the one whose skeleton it is."""
+    known = _attributes(named[name])
+    whole = named.get(str(known.get("tree")))
+    return _attributes(whole) if whole is not None else known
 
 
 def crs_of(document: Mapping[str, Any]) -> str | None:

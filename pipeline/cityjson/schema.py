@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from functools import cache
 from itertools import chain
 from typing import Any
 
@@ -35,9 +36,7 @@ def schema_findings(document: Mapping[str, Any], schema: Mapping[str, Any]) -> I
     ------
     Finding
     """
-    plain = validator_for(schema)
-    foresighted = extend(plain, {"oneOf": _one_of(plain), "items": _items(plain)})
-    for error in foresighted(schema).iter_errors(document):
+    for error in _foresighted(validator_for(schema))(schema).iter_errors(document):
         said = error.message
         if len(said) > LONGEST_SHOWN:
             said = f"the value does not satisfy {error.validator!r}: {said[: LONGEST_SHOWN // 2]} ..."
@@ -46,6 +45,11 @@ def schema_findings(document: Mapping[str, Any], schema: Mapping[str, Any]) -> I
             f"Against the schema, {said}.",
             _remedy(error),
         )
+
+
+@cache
+def _foresighted(plain: Any) -> Any:
+    return extend(plain, {"oneOf": _one_of(plain), "items": _items(plain)})
 
 
 def _remedy(error: Any) -> str:

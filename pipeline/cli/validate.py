@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     "--schema",
     type=options.FILE,
     metavar="F",
-    help="The official cityjson.min.schema.json, to check against too.",
+    help="The official cityjson.min.schema.json (cityjsonfeature.min.schema.json), to check against too.",
 )
 @options.as_json
 @options.messages
 @click.pass_context
 def command(context: click.Context, /, file: Path, schema: Path | None, as_json: bool) -> None:
-    """Check FILE (.city.json or .ls.json); the exit code is 1 where it has faults."""
+    """Check FILE (.city.json, .city.jsonl, .ls.json); the exit code is 1 where it has faults."""
     findings = _findings(file, schema)
     errors = [{"where": each.where, "what": each.what, "remedy": each.remedy} for each in findings]
     if as_json:
@@ -42,11 +42,11 @@ def command(context: click.Context, /, file: Path, schema: Path | None, as_json:
 
 
 def _findings(file: Path, schema: Path | None) -> list[Finding]:
-    from pipeline.cityjson import check, read_cityjson
+    from pipeline.cityjson import check, check_seq, read_cityjson
 
     name = file.name.lower()
-    if not name.endswith((".city.json", *options.LSYSTEM_SUFFIXES)):
-        msg = f"{file}: cannot be validated; give a .city.json, .ls.json or .ls.json.zst file"
+    if not name.endswith((".city.json", ".city.jsonl", *options.LSYSTEM_SUFFIXES)):
+        msg = f"{file}: cannot be validated; give a .city.json, .city.jsonl, .ls.json or .ls.json.zst file"
         raise UsageError(msg)
     if not file.is_file():
         msg = f"{file}: there is no such file; check the name"
@@ -55,6 +55,8 @@ def _findings(file: Path, schema: Path | None) -> list[Finding]:
     try:
         if name.endswith(".city.json"):
             return check(read_cityjson(file), schema=rules)
+        if name.endswith(".city.jsonl"):
+            return check_seq(file, schema=rules)
         from pipeline.lsystem import decode, read_lsjson
 
         options.warn_if_flat(file, decode(read_lsjson(file)))

@@ -1,106 +1,45 @@
-"""A tree as triangles: `tubes` draws every branch, `Mesh` holds what it draws."""
+"""A tree as triangles: `tubes` draws every branch, with what `axes_of` and `drawn` do for others too."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Self
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
 
-from pipeline.errors import ModelError
-from pipeline.mesh.tube import tube
-from pipeline.model import Floats, Ints, TreeModel
-from pipeline.options import Options
+from pipeline.mesh.options import TubeOptions
+from pipeline.mesh.rings import Rings
+from pipeline.mesh.triangles import Flags, Mesh, empty
+from pipeline.mesh.tube import Rules, tube
+from pipeline.model import Floats, Skeleton, TreeModel
 
 SIDES = np.array([3, 4, 6, 8, 12, 16, 24, 32, 48, 64])
 """Side counts of a ring. Few steps, so that a noisy radius does not change them at every ring."""
 
-MITRE = np.sqrt(2.0)
+MITRE = float(np.sqrt(2.0))
 """A ring at a bend is drawn out to the ellipse of a mitre joint, up to that of a bend of 90 degrees."""
 
 
-class TubeOptions(Options):
-    """How round and how fine the tubes are."""
+class Axis(NamedTuple):
+    """What a tube is drawn around.
 
-    min_radius_m: float = Field(0.004, gt=0, le=0.1, description="thinnest radius that is drawn, metres")
-    max_deviation_m: float = Field(
-        0.002, gt=0, le=0.1, description="farthest that the middle of a side may lie inside the bark, metres"
-    )
-    min_edge_m: float = Field(0.003, gt=0, le=0.1, description="shortest edge around a ring, metres")
-    ring_gap_m: float = Field(
-        0.002, gt=0, le=0.1, description="least distance between two rings; closer ones are merged, metres"
-    )
-    min_sides: int = Field(4, ge=3, le=64, description="fewest sides of a ring")
-    max_sides: int = Field(32, ge=3, le=64, description="most sides of a ring")
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if self.min_sides > self.max_sides:
-            msg = f"min_sides {self.min_sides} is above max_sides {self.max_sides}; lower min_sides"
-            raise ValueError(msg)
-        return self
-
-
-@dataclass(frozen=True, eq=False)
-class Mesh:
-    """Triangles that say which branch they belong to.
-
-    Parameters
+    Attributes
     ----------
-    vertices : (V, 3) array of float64
-        Metres relative to `origin`; no tube shares a vertex with another.
-    faces : (F, 3) array of int32
-        Corners of each triangle, counter-clockwise seen from outside.
-    branch : (F,) array of int32
-        Branch number of each face, as in `Skeleton.branch`.
-    origin : (3,) array of float64
-        Coordinates of the local zero.
-    crs : str or None
-        As in `PointCloud`.
-
-    Raises
-    ------
-    ModelError
-        If a face names a vertex that is not there, or the arrays differ in length.
+    branch : int
+        Branch number.
+    points : (K, 3) array of float64
+        From foot to tip.
+    radius : (K,) array of float64
+        As drawn, metres.
+    spare : (K,) array of bool
+        Points between the nodes, which may be left out.
     """
 
-    vertices: Floats
-    faces: Ints
-    branch: Ints
-    origin: Floats = field(default_factory=lambda: np.zeros(3))
-    crs: str | None = None
-
-    def __post_init__(self) -> None:
-        vertices = np.asarray(self.vertices, dtype=np.float64).reshape(-1, 3).view()
-        faces = np.asarray(self.faces, dtype=np.int32).reshape(-1, 3).view()
-        branch = np.asarray(self.branch, dtype=np.int32).view()
-        origin = np.asarray(self.origin, dtype=np.float64).view()
-        if branch.shape != (len(faces),) or origin.shape != (3,):
-            msg = f"a mesh of {len(faces)} faces has branch {branch.shape} and origin {origin.shape}"
-            raise ModelError(msg)
-        if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
-            msg = f"a face names a vertex outside 0 to {len(vertices) - 1}; build the faces anew"
-            raise ModelError(msg)
-        for name, array in (("vertices", vertices), ("faces", faces), ("branch", branch), ("origin", origin)):
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
-
-    @cached_property
-    def world(self) -> Floats:
-        """(V, 3) coordinates in the mesh's own reference system."""
-        return np.asarray(self.vertices + self.origin)
-
-    @cached_property
-    def branch_volume(self) -> Floats:
-        """(B,) volume of each tube in cubic metres, by branch number; 0 where none is drawn."""
-        if not len(self.faces):
-            return np.zeros(0)
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        six = np.einsum("ij,ij->i", a, np.cross(b, c))
-        return np.asarray(np.bincount(self.branch, six) / 6, dtype=np.float64)
+    branch: int
+    points: Floats
+    radius: Floats
+    spare: Flags
 
 
 def tubes(tree: TreeModel, *, options: TubeOptions | None = None) -> Mesh:
@@ -128,31 +67,73 @@ def tubes(tree: TreeModel, *, options: TubeOptions | None = None) -> Mesh:
     about 1 % on a tree that is smooth at the scale of its radii.
     """
     options = options or TubeOptions()
-    skeleton = tree.skeleton
-    paths = [path for path in skeleton.paths if len(path) > 1]
-    if not paths:
-        none = np.zeros((0, 3), dtype=np.int32)
-        return Mesh(np.zeros((0, 3)), none, none[:, 0], skeleton.origin, skeleton.crs)
-    node = np.concatenate(paths)
-    end = np.cumsum([len(path) for path in paths])
-    foot = end - [len(path) for path in paths]
-    radius = tree.radius[node]
-    radius[foot] = tree.start_radius[node[foot + 1]]
-    radius = np.maximum(radius, options.min_radius_m)
-    sides = side_counts(radius, options)
-    corner = radius * corner_share(sides)
-    drawn = [
-        tube(skeleton.xyz[node[a:b]], corner[a:b], sides[a:b], options.ring_gap_m, MITRE)
-        for a, b in zip(foot.tolist(), end.tolist(), strict=True)
-    ]
-    placed = np.cumsum([0, *(len(vertices) for vertices, _ in drawn)])
-    return Mesh(
-        np.concatenate([vertices for vertices, _ in drawn]),
-        np.concatenate([faces + start for (_, faces), start in zip(drawn, placed[:-1], strict=True)]),
-        np.repeat(skeleton.branch[node[foot + 1]], [len(faces) for _, faces in drawn]),
+    mesh, _ = drawn(axes_of(tree, options), tree.skeleton, options)
+    return mesh
+
+
+def axes_of(tree: TreeModel, options: TubeOptions) -> list[Axis]:
+    """Return the axis of every branch that has a length in nodes, with the radii to draw.
+
+    Parameters
+    ----------
+    tree : TreeModel
+    options : TubeOptions
+
+    Returns
+    -------
+    list of Axis
+        By branch number.
+    """
+    axes = []
+    for branch, path in enumerate(tree.skeleton.paths):
+        if len(path) > 1:
+            radius = tree.radius[path]
+            radius[0] = tree.start_radius[path[1]]
+            radius = np.maximum(radius, options.min_radius_m)
+            axes.append(Axis(branch, tree.skeleton.xyz[path], radius, np.zeros(len(path), dtype=bool)))
+    return axes
+
+
+def drawn(axes: Sequence[Axis], skeleton: Skeleton, options: TubeOptions) -> tuple[Mesh, Flags]:
+    """Draw a tube around every axis.
+
+    Parameters
+    ----------
+    axes : sequence of Axis
+    skeleton : Skeleton
+        Gives origin and reference system.
+    options : TubeOptions
+
+    Returns
+    -------
+    mesh : Mesh
+    flat : (F,) array of bool
+        Which faces close the end of a tube.
+    """
+    if not axes:
+        return empty(skeleton.origin, skeleton.crs), np.zeros(0, dtype=bool)
+    rules = Rules(options.ring_gap_m, MITRE)
+    made = [tube(rings, rules) for rings in rings_of(axes, options)]
+    placed = np.cumsum([0, *(len(one.vertices) for one in made)])
+    mesh = Mesh(
+        np.concatenate([one.vertices for one in made]),
+        np.concatenate([one.faces + start for one, start in zip(made, placed[:-1], strict=True)]),
+        np.repeat([axis.branch for axis in axes], [len(one.faces) for one in made]),
         skeleton.origin,
         skeleton.crs,
     )
+    flat = np.concatenate([np.arange(len(one.faces)) >= len(one.faces) - one.ends for one in made])
+    return mesh, flat
+
+
+def rings_of(axes: Sequence[Axis], options: TubeOptions) -> list[Rings]:
+    """Return the rings around every axis: how many-sided they are, and how far their corners stand off."""
+    radius = np.concatenate([axis.radius for axis in axes])
+    sides = side_counts(radius, options)
+    corner = radius * corner_share(sides)
+    cuts = np.cumsum([len(axis.radius) for axis in axes])[:-1]
+    columns = zip(axes, np.split(corner, cuts), np.split(sides, cuts), strict=True)
+    return [Rings(np.ascontiguousarray(axis.points), wide, many, axis.spare) for axis, wide, many in columns]
 
 
 def side_counts(radius: Floats, options: TubeOptions) -> NDArray[np.int64]:

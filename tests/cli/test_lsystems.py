@@ -125,7 +125,7 @@ def test_an_lstring_comes_back(call, oak, tmp_path, profile):
     result = call("convert", oak, target, "--profile", profile)
     assert result.exit_code == 0, result.stderr
     assert f"profile {profile}" in target.read_text().splitlines()[0]
-    assert "does not hold radius errors, radius sources" in result.stderr
+    assert "does not hold radius source, radius error" in result.stderr
     assert call("convert", target, again).exit_code == 0
     ours, theirs = read_model(oak), read_model(again)
     np.testing.assert_allclose(theirs.skeleton.world, ours.skeleton.world, atol=0.0012)

@@ -11,7 +11,7 @@ import trimesh
 
 from pipeline.formats import mesh_ply
 from pipeline.formats.ply import open_ply
-from pipeline.mesh import Mesh, tubes
+from pipeline.mesh import Mesh, MeshOptions, build, tubes
 from pipeline.model import Skeleton, TreeModel
 
 
@@ -46,3 +46,13 @@ def test_an_empty_mesh_is_a_file(tmp_path: Path) -> None:
     assert isinstance(empty, Mesh)
     mesh_ply.write(empty, tmp_path / "t.ply")
     assert plyfile.PlyData.read(tmp_path / "t.ply")["vertex"].count == 0
+
+
+def test_leaves_are_told_from_bark(tree: TreeModel, tmp_path: Path) -> None:
+    mesh = build(tree, options=MeshOptions(leaves="crosses"))
+    mesh_ply.write(mesh, tmp_path / "t.ply")
+    face = plyfile.PlyData.read(tmp_path / "t.ply")["face"]
+    assert np.array_equal(face["leaf"], mesh.leaf)
+    assert np.array_equal(face["branch"], mesh.branch)
+    mesh_ply.write(tubes(tree), tmp_path / "bare.ply")
+    assert b"leaf" not in (tmp_path / "bare.ply").read_bytes()

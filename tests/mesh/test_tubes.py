@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 
 import numpy as np
 import pytest
@@ -14,43 +13,7 @@ from hypothesis import strategies as st
 from pipeline.errors import ModelError
 from pipeline.mesh import Mesh, TubeOptions, tubes
 from pipeline.mesh.surface import corner_share, side_counts
-from pipeline.model import Skeleton, TreeModel
-
-
-def tree_of(xyz: object, parent: object, radius: object) -> TreeModel:
-    skeleton = Skeleton(np.array(xyz, dtype=float), np.array(parent), np.array([1e5, 4e5, 0.0]), "EPSG:28992")
-    count = len(skeleton)
-    return TreeModel(skeleton, np.array(radius, dtype=float), np.zeros(count), np.full(count, np.nan))
-
-
-def axis_of(xyz: object, radius: float = 0.01) -> TreeModel:
-    count = len(np.array(xyz))
-    return tree_of(xyz, np.arange(-1, count - 1), np.full(count, radius))
-
-
-def solids(mesh: Mesh) -> list[trimesh.Trimesh]:
-    return [
-        trimesh.Trimesh(mesh.vertices, mesh.faces[mesh.branch == b], process=False)
-        for b in np.unique(mesh.branch)
-    ]
-
-
-def assert_proper(mesh: Mesh) -> None:
-    """Every tube is closed, faces outward, and keeps all that while its corners snap to a millimetre."""
-    owner: dict[int, int] = {}
-    for b in np.unique(mesh.branch):
-        faces = mesh.faces[mesh.branch == b]
-        for v in np.unique(faces).tolist():
-            assert owner.setdefault(v, b) == b, "two tubes share a vertex"
-        for step in (1e-4, 1e-3):
-            _, snapped = np.unique(np.rint(mesh.vertices[faces.ravel()] / step), axis=0, return_inverse=True)
-            corners = snapped.reshape(-1, 3).tolist()
-            assert all(len(set(face)) == 3 for face in corners), f"a face collapses at {step} m"
-            edges = Counter((f[k], f[k - 2]) for f in corners for k in range(3))
-            assert set(edges.values()) == {1}
-            assert all((b, a) in edges for a, b in edges)
-        assert mesh.branch_volume[b] > 0
-    assert np.array_equal(np.unique(mesh.faces), np.arange(len(mesh.vertices)))
+from tests.mesh.trees import assert_proper, axis_of, random_tree, solids, tree_of
 
 
 def test_a_cylinder_has_the_volume_of_the_cylinder() -> None:
@@ -144,6 +107,8 @@ def test_options_and_meshes_refuse_nonsense() -> None:
         Mesh(np.zeros((2, 3)), np.array([[0, 1, 2]], dtype=np.int32), np.zeros(1, dtype=np.int32))
     with pytest.raises(ModelError, match="branch"):
         Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], dtype=np.int32), np.zeros(2, dtype=np.int32))
+    with pytest.raises(ModelError, match="one a vertex"):
+        Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]), np.zeros(1), normals=np.zeros((2, 3)))
 
 
 def test_trimesh_agrees() -> None:
@@ -152,27 +117,6 @@ def test_trimesh_agrees() -> None:
         assert solid.is_watertight
         assert solid.is_winding_consistent
         assert solid.volume > 0
-
-
-def random_tree(count: int, seed: int) -> TreeModel:
-    """Return a tapering tree with smooth axes, numbered path by path."""
-    generator = np.random.default_rng(seed)
-    xyz, parent, radius = [np.zeros(3)], [-1], [0.15]
-    feet = [(0, np.array([0.0, 0.0, 1.0]), 0.15, count // 8)]
-    while feet and len(xyz) < count:
-        at, heading, thick, steps = feet.pop(0)
-        for _ in range(min(steps, count - len(xyz))):
-            heading = heading + generator.normal(0, 0.08, 3)
-            heading /= np.linalg.norm(heading)
-            xyz.append(xyz[at] + heading * generator.uniform(0.03, 0.12))
-            parent.append(at)
-            thick = max(0.97 * thick, 0.002)
-            radius.append(thick)
-            at = len(xyz) - 1
-            if steps > 4 and generator.random() < 0.4:
-                side = generator.normal(size=3)
-                feet.append((at, side / np.linalg.norm(side), thick / 2, steps // 2))
-    return tree_of(xyz, parent, radius)
 
 
 def test_volume_is_that_of_the_drawn_frusta() -> None:
