@@ -17,21 +17,22 @@ python() {
     return 1
 }
 
-# Pictures are drawn with libGL and libEGL; without them everything else works.
-graphics() {
-    local library packages=()
-    for library in libGL.so.1:libgl1 libEGL.so.1:libegl1; do
+# Pictures are drawn with libGL and libEGL, open3d (extra all) needs libusb; without them everything else works.
+libraries() {
+    local library packages=() wanted=(libGL.so.1:libgl1 libEGL.so.1:libegl1)
+    if [ "$1" = all ]; then wanted+=(libusb-1.0.so.0:libusb-1.0-0); fi
+    for library in "${wanted[@]}"; do
         if ! ldconfig -p 2>/dev/null | grep -q "${library%%:*}"; then packages+=("${library##*:}"); fi
     done
     if [ "$(uname)" != Linux ] || [ ${#packages[@]} -eq 0 ]; then return; fi
     local as_root=()
     if [ "$(id -u)" -ne 0 ]; then as_root=(sudo -n); fi
     if command -v apt-get >/dev/null && { [ "$(id -u)" -eq 0 ] || sudo -n true 2>/dev/null; }; then
-        say "Installing ${packages[*]} (for pictures)"
+        say "Installing ${packages[*]} (for pictures and open3d)"
         if "${as_root[@]}" apt-get update -q >&2 &&
             "${as_root[@]}" apt-get install -qy --no-install-recommends "${packages[@]}" >&2; then return; fi
     fi
-    say "There will be no pictures: run  sudo apt-get install ${packages[*]}"
+    say "There will be no pictures, or no open3d: run  sudo apt-get install ${packages[*]}"
 }
 
 # prepare EXTRA: installs treepipe with that extra ("" for none), unless it has been done before.
@@ -48,6 +49,6 @@ prepare() {
     fi
     say "Installing treepipe${extra:+ with the extra $extra} into .venv"
     .venv/bin/python -m pip install --quiet --disable-pip-version-check -e ".${extra:+[$extra]}" >&2
-    graphics
+    libraries "$extra"
     printf '%s\n' "$wanted" >"$stamp"
 }
