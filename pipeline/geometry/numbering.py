@@ -19,13 +19,13 @@ Positions = NDArray[np.int64]
 def from_edges(xyz: ArrayLike, edges: ArrayLike) -> tuple[Positions, NDArray[np.int32]]:
     """Make one rooted tree of loose edges, numbered path by path.
 
-    The root is the first node to which no edge leads, else node 0. At a fork the branch goes on
-    with the child that carries the most length (the first of equals).
+    The root is the node to which no edge leads; where several are, the edges have no direction and
+    the lowest node is it (node 0 where none is). At a fork the branch goes on with the child that carries the most length (the first of equals).
 
     Parameters
     ----------
     xyz : (N, 3) array_like of float
-        Node positions; only their distances count.
+        Node positions.
     edges : (E, 2) array_like of int
         The two nodes of each edge, parent first where it is known; in any order. An edge that is
         given twice counts once.
@@ -50,7 +50,7 @@ def from_edges(xyz: ArrayLike, edges: ArrayLike) -> tuple[Positions, NDArray[np.
     ([1, 3, 0, 2], [-1, 0, 1, 1])
     """
     xyz = np.asarray(xyz, dtype=np.float64)
-    parent = rooted(len(xyz), edges)
+    parent = rooted(len(xyz), edges, xyz[:, 2] if xyz.ndim == 2 else None)
     if not np.isfinite(xyz).all():
         bad = int(np.flatnonzero(~np.isfinite(xyz).all(axis=1))[0])
         msg = f"node {bad} has a coordinate that is not finite; remove the node or mend the file"
@@ -60,7 +60,7 @@ def from_edges(xyz: ArrayLike, edges: ArrayLike) -> tuple[Positions, NDArray[np.
     return node, renumbered(parent, node)
 
 
-def rooted(count: int, edges: ArrayLike) -> Positions:
+def rooted(count: int, edges: ArrayLike, height: ArrayLike | None = None) -> Positions:
     """Direct the edges of one tree away from its root.
 
     Parameters
@@ -69,6 +69,8 @@ def rooted(count: int, edges: ArrayLike) -> Positions:
         Number of nodes.
     edges : (E, 2) array_like of int
         As in `from_edges`.
+    height : (N,) array_like of float, optional
+        Without it the first node to which no edge leads is the root.
 
     Returns
     -------
@@ -83,6 +85,8 @@ def rooted(count: int, edges: ArrayLike) -> Positions:
     pairs = _checked(count, edges)
     free = np.flatnonzero(np.bincount(pairs[:, 1], minlength=count) == 0)
     root = int(free[0]) if len(free) else 0
+    if len(free) > 1 and height is not None:
+        root = int(np.argmin(height))
     both = np.concatenate([pairs, pairs[:, ::-1]])
     both = np.unique(both, axis=0)
     first = np.searchsorted(both[:, 0], np.arange(count + 1)).tolist()
