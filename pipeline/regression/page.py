@@ -64,6 +64,11 @@ def sentence(tree: TreeNight) -> str:
     return f"{tree.name}: {tree.status}{f': {tree.message}' if tree.message else ''}"
 
 
+def _told_of(tree: TreeNight) -> str:
+    """Say the same without name and outcome."""
+    return sentence(tree).removeprefix(f"{tree.name}: {tree.status}").removeprefix(": ")
+
+
 def _apart(check: Check) -> str:
     if check.difference is None:
         return f"{check.measure} {_number(check.reference)} -> {_number(check.today)}"
@@ -126,7 +131,7 @@ def _junit(night: Night) -> str:
 def _page(night: Night, when: str) -> str:
     rows = "".join(
         f'<tr><td>{escape(tree.name)}</td><td class="{tree.status}">{tree.status}</td>'
-        f"<td>{escape(sentence(tree).partition(': ')[2])}</td></tr>"
+        f"<td>{escape(_told_of(tree))}</td></tr>"
         for tree in night.trees
     )
     worst = sorted(night.of("drift"), key=lambda tree: -tree.severity)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 import trimesh
@@ -13,7 +11,9 @@ from hypothesis import strategies as st
 from pipeline.errors import ModelError
 from pipeline.mesh import Mesh, TubeOptions, tubes
 from pipeline.mesh.surface import corner_share, side_counts
+from pipeline.model import TreeModel
 from tests.mesh.trees import assert_proper, axis_of, random_tree, solids, tree_of
+from tests.pace import slowdown
 
 
 def test_a_cylinder_has_the_volume_of_the_cylinder() -> None:
@@ -130,13 +130,18 @@ def test_volume_is_that_of_the_drawn_frusta() -> None:
     assert_proper(mesh)
 
 
-def test_five_thousand_nodes_are_quick() -> None:
-    tree = random_tree(5000, 2)
-    tubes(random_tree(50, 1))  # compile
-    tree.skeleton.paths  # noqa: B018 - the skeleton's own facts are not what is timed
-    start = time.perf_counter()
-    tubes(tree)
-    assert time.perf_counter() - start < 1.0  # a fifth of it where nothing else runs
+def test_the_cost_follows_the_number_of_axes() -> None:
+    one = random_tree(1000, 2)
+    nodes, root = one.skeleton.xyz, one.skeleton.parent < 0
+
+    def bunch(copies: int) -> TreeModel:
+        """Return copies of the tree that all start at the first one's root."""
+        parent = [np.where(root, 0 if k else -1, one.skeleton.parent + k * len(one)) for k in range(copies)]
+        return tree_of(np.tile(nodes, (copies, 1)), np.concatenate(parent), np.tile(one.radius, copies))
+
+    small, large = bunch(5), bunch(20)
+    assert len(tubes(large).branch_volume) == 4 * len(tubes(small).branch_volume)
+    assert slowdown(tubes, small, large) < 12  # four times the axes; 16 where it is quadratic
 
 
 coordinate = st.one_of(st.floats(-1, 1, width=32), st.sampled_from([0.0, 0.5, 1.0, 0.5005, 0.502, -0.5]))

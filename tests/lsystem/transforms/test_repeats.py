@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from pipeline.model import Skeleton, TreeModel
 from tests.lsystem.test_encode import hostile_trees
 from tests.lsystem.test_twins_of_2021 import read_twin
 from tests.lsystem.transforms.test_generalise import document_of, expanded
+from tests.pace import first_nodes, slowdown
 
 Maker = Callable[..., TreeModel]
 RECURSIVE = document_of("F", rules={"F": "F[+F]F[-F]F"}, recursions=4)
@@ -175,8 +175,14 @@ def test_documents_of_2021(name: str, most: float, shared_data: Path) -> None:
 
 def test_a_twin_of_2021(shared_data: Path) -> None:
     before = encode(read_twin(shared_data / "ls2021" / "Lille_2_skeleton.ply"))
-    start = perf_counter()
     after = repeats(before, options=RepeatsOptions(tolerance_m=0.02))
-    assert perf_counter() - start < 6  # 1.2 s on an idle machine
     assert size_of(after) < 0.85 * size_of(before)
     assert expand(after["axiom"], after["rules"], 1).count("F") == 19_501
+
+
+def test_the_cost_follows_the_nodes(shared_data: Path) -> None:
+    twin = read_twin(shared_data / "ls2021" / "Lille_2_skeleton.ply")
+    small, large = (encode(first_nodes(twin, count)) for count in (2400, 9600))
+    options = RepeatsOptions(tolerance_m=0.02)
+    ratio = slowdown(lambda document: repeats(document, options=options), small, large)
+    assert ratio < 12  # four times the nodes; 16 where it is quadratic
