@@ -5,5 +5,9 @@ from setuptools import find_packages, setup
 setup(
     packages=[*find_packages(include=["pipeline", "pipeline.*"]), "pipeline.configs"],
     package_dir={"pipeline.configs": "configs"},
-    package_data={"pipeline.configs": ["*.toml"], "pipeline": ["py.typed"], "pipeline.cityjson": ["*.json"]},
+    package_data={
+        "pipeline.configs": ["*.toml", "colonization/*.toml"],
+        "pipeline": ["py.typed"],
+        "pipeline.cityjson": ["*.json"],
+    },
 )

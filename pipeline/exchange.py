@@ -41,6 +41,7 @@ from pipeline.lsystem import (
 from pipeline.mesh import Mesh, build, union
 from pipeline.model import Skeleton, TreeModel
 from pipeline.output import write_text
+from pipeline.synthetic import holds_truth, read_truth, tree_of
 
 DEFAULT_FORMATS = ("lsjson", "cityjson", "skeleton", "mesh", "qsm")
 
@@ -120,6 +121,11 @@ def _write_glb(tree: TreeModel, path: Path, config: Config) -> None:
     glb.write(_surface(tree, config), path)
 
 
+def _read_npz(path: Path) -> TreeModel:
+    """Read a model of ours, or a known truth."""
+    return tree_of(read_truth(path)) if holds_truth(path) else model_npz.read(path)
+
+
 def _read_ply(path: Path) -> TreeModel | Skeleton:
     """Read the edges of a .ply: AdTree's are lists."""
     edge = open_ply(path).element("edge")
@@ -154,7 +160,7 @@ FORMATS: dict[str, Format] = {
     ),
     "obj": Format(".obj", _write_obj, loses=SHAPE_ALONE),
     "glb": Format(".glb", _write_glb, loses=SHAPE_ALONE),
-    "npz": Format(".npz", _plainly(model_npz.write), model_npz.read),
+    "npz": Format(".npz", _plainly(model_npz.write), _read_npz),
 }
 
 _READ_BESIDE: dict[str, Reader] = {

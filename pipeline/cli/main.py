@@ -27,6 +27,7 @@ COMMANDS = {
     "expand": "Print the L-string of an L-system.",
     "info": "Tell what a file holds.",
     "validate": "Check a CityJSON or LsJSON file.",
+    "synth": "Grow trees whose truth is known, and scan them.",
     "compare": "Tell how far a model is from another, from its points or from the truth.",
     "regress": "Keep references, and check today's output against them.",
     "config": "Show the settings.",

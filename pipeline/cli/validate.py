@@ -56,7 +56,7 @@ def _findings(file: Path, schema: Path | None) -> list[Finding]:
         if name.endswith(".city.json"):
             return check(read_cityjson(file), schema=rules)
         if name.endswith(".city.jsonl"):
-            return check_seq(file, schema=rules)
+            return list(check_seq(file, schema=rules))
         from pipeline.lsystem import decode, read_lsjson
 
         options.warn_if_flat(file, decode(read_lsjson(file)))

@@ -20,7 +20,8 @@ def from_edges(xyz: ArrayLike, edges: ArrayLike) -> tuple[Positions, NDArray[np.
     """Make one rooted tree of loose edges, numbered path by path.
 
     The root is the node to which no edge leads; where several are, the edges have no direction and
-    the lowest node is it (node 0 where none is). At a fork the branch goes on with the child that carries the most length (the first of equals).
+    the lowest node is it (node 0 where none is). At a fork the branch goes on with the child that
+    carries the most length (the first of equals).
 
     Parameters
     ----------

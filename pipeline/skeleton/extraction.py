@@ -15,13 +15,15 @@ from pipeline.geometry.linearity import DENSE_M
 from pipeline.model import PointCloud, Skeleton
 from pipeline.skeleton.geodesic import GeodesicOptions, by_geodesic
 from pipeline.skeleton.greedy import GreedyOptions, by_greedy
+from pipeline.skeleton.minimal_length import MinimalOptions, by_minimal_length
 from pipeline.skeleton.mst import MstOptions, by_mst
+from pipeline.skeleton.space_colonization import SpaceColonizationOptions, by_space_colonization
 
 
-class SkeletonOptions(MstOptions, GeodesicOptions, GreedyOptions):
+class SkeletonOptions(MstOptions, GeodesicOptions, GreedyOptions, SpaceColonizationOptions, MinimalOptions):
     """Options of the skeleton stage."""
 
-    method: Literal["auto", "mst", "geodesic", "greedy"] = Field(
+    method: Literal["auto", "mst", "geodesic", "greedy", "space-colonization", "minimal-length"] = Field(
         "auto", description="skeleton method; auto chooses and says why"
     )
 
@@ -30,6 +32,8 @@ METHODS: dict[str, Callable[[PointCloud, SkeletonOptions], Skeleton]] = {
     "mst": by_mst,
     "geodesic": by_geodesic,
     "greedy": by_greedy,
+    "space-colonization": by_space_colonization,
+    "minimal-length": by_minimal_length,
 }
 
 

@@ -77,9 +77,9 @@ def by_greedy(cloud: PointCloud, options: GreedyOptions) -> Skeleton:
     (Alpert et al. 1995, "Prim-Dijkstra tradeoffs").
     """
     points, spacing = _thinned(cloud.xyz)
-    ground = _ground(cloud, points)
+    ground = ground_under(cloud, points)
     stem = find_stem(points, ground, options.range_noise_m)
-    stem = stem or _guessed(points, ground)
+    stem = stem or guessed_stem(points, ground)
     free = points[~stem.claims(points)]
     nodes = _grown(_centred(free, spacing), stem, spacing, options)
     tree = _pruned(nodes, options.longest_link * spacing, options.link_points, len(stem.xyz))
@@ -87,7 +87,7 @@ def by_greedy(cloud: PointCloud, options: GreedyOptions) -> Skeleton:
     skeleton = skeleton_of(tree, cloud, options.direction_window_m)
     known = {
         **skeleton.metadata,
-        "flags": _flags(cloud, stem, points),
+        "flags": airborne_flags(cloud, stem, points),
         "stem_circles": stem.circles,
         "noise_m": options.range_noise_m,
     }
@@ -107,13 +107,13 @@ def _thinned(xyz: Floats) -> tuple[Floats, float]:
     return points, max(float(np.median(cKDTree(points).query(points, k=2)[0][:, 1])), size)
 
 
-def _ground(cloud: PointCloud, points: Floats) -> float:
+def ground_under(cloud: PointCloud, points: Floats) -> float:
     """Height of the ground, never above the lowest point."""
     lowest = float(points[:, 2].min())
     return min(float(cloud.metadata.get("ground_z", lowest)), lowest)
 
 
-def _flags(cloud: PointCloud, stem: Stem, points: Floats) -> tuple[str, ...]:
+def airborne_flags(cloud: PointCloud, stem: Stem, points: Floats) -> tuple[str, ...]:
     """Return the cloud's flags, and `no_trunk` where the lower stem was not seen."""
     lowest = stem.circles[0][0] if stem.circles else np.inf
     foot = stem.xyz[0, 2]
@@ -121,7 +121,7 @@ def _flags(cloud: PointCloud, stem: Stem, points: Floats) -> tuple[str, ...]:
     return tuple(sorted({*cloud.metadata.get("flags", ()), *(("no_trunk",) if unseen else ())}))
 
 
-def _guessed(points: Floats, ground: float) -> Stem:
+def guessed_stem(points: Floats, ground: float) -> Stem:
     """Return the stem of a tree that shows no bark: a line straight up from the ground.
 
     It ends at the lowest point of the column with the most points above it; where the whole crown

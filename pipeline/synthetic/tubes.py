@@ -22,6 +22,16 @@ GOLDEN_DEG = 137.508
 FORK_DEG = 32
 """Angle between the two leaders of a forked stem."""
 UP = np.array([0.0, 0.0, 1.0])
+PRESETS: dict[str, dict[str, float]] = {
+    "sapling": {"height_m": 3.0, "trunk_radius_m": 0.03, "max_order": 1, "branch_spacing_m": 0.2},
+    "excurrent": {"height_m": 12.0, "trunk_radius_m": 0.14, "crown_base": 0.15, "crown_width": 0.22},
+    "decurrent": {
+        "height_m": 9.0, "trunk_radius_m": 0.16, "fork": 0.35, "crown_width": 0.5, "branch_spacing_m": 0.4,
+    },
+    "pendulous": {"height_m": 8.0, "trunk_radius_m": 0.12, "crown_width": 0.45, "droop": 0.07},
+    "leaning": {"height_m": 8.0, "trunk_radius_m": 0.12, "lean_deg": 20.0},
+}  # fmt: skip
+"""Trees of different habits, as options that differ from the defaults."""
 
 
 class TubeTreeOptions(Options):
@@ -49,6 +59,9 @@ class TubeTreeOptions(Options):
         default=0.3, gt=0, le=5, description="branches shorter than this are not made"
     )
     max_order: int = Field(default=3, ge=0, le=5, description="highest branch order; the stem is 0")
+    droop: float = Field(
+        default=0.0, ge=0, le=0.3, description="how far branches turn down at each step; 0: they do not hang"
+    )
     step_m: float = Field(default=0.07, gt=0, le=1, description="length of a segment in metres")
 
 
@@ -82,7 +95,7 @@ def grow_tubes(options: TubeTreeOptions | None = None) -> TreeModel:
     waiting = deque([Shoot(0, heading, options.height_m, 0)])
     while waiting:
         shoot = waiting.popleft()
-        axis = _axis(nodes[shoot.foot], shoot, options.step_m, rng)
+        axis = _axis(nodes[shoot.foot], shoot, options, rng)
         numbers = [shoot.foot, *range(len(nodes), len(nodes) + len(axis))]
         parent += numbers[:-1]
         nodes += axis
@@ -95,14 +108,15 @@ def grow_tubes(options: TubeTreeOptions | None = None) -> TreeModel:
     )
 
 
-def _axis(start: Floats, shoot: Shoot, step: float, rng: Generator) -> list[Floats]:
-    """Wander from `start`: the stem straightens up, branches turn towards the light at their tips."""
+def _axis(start: Floats, shoot: Shoot, options: TubeTreeOptions, rng: Generator) -> list[Floats]:
+    """Wander from `start`: the stem straightens up, branches turn to the light at their tips, or hang."""
+    step = options.step_m
     count = max(2, round(shoot.length / step))
     wander = 0.02 if shoot.order == 0 else 0.07
     rise = 0.02 if shoot.order == 0 else 0.03
     heading, here, axis = shoot.heading, start, []
     for i in range(count):
-        pull = rise if shoot.order == 0 else rise * (2 * i / count - 0.3)
+        pull = rise if shoot.order == 0 else rise * (2 * i / count - 0.3) - options.droop
         heading = _unit(heading + rng.normal(0, wander, 3) + pull * UP)
         here = here + step * heading
         axis.append(here)

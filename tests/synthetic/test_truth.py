@@ -7,9 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.errors import InputFormatError, InputMissingError
+from pipeline.errors import InputFormatError, InputMissingError, ModelError
+from pipeline.formats import model_npz
 from pipeline.model import Skeleton, TreeModel
-from pipeline.synthetic import Truth, TubeTreeOptions, grow_tubes, read_truth, truth_of, write_truth
+from pipeline.synthetic import (
+    Truth,
+    TubeTreeOptions,
+    grow_tubes,
+    holds_truth,
+    read_truth,
+    tree_of,
+    truth_of,
+    write_truth,
+)
 
 
 @pytest.fixture(scope="module")
@@ -68,3 +78,41 @@ def test_errors_name_the_file(tmp_path: Path) -> None:
     np.save(tmp_path / "one.npy", np.zeros(3))
     with pytest.raises(InputFormatError, match=r"one\.npy: is no truth"):
         read_truth(tmp_path / "one.npy")
+
+
+def test_a_tree_of_a_truth_is_the_tree(tree: TreeModel) -> None:
+    truth = truth_of(tree)
+    back = truth_of(tree_of(truth))
+    for key in ("s", "e", "order", "branch", "parent"):
+        np.testing.assert_allclose(getattr(back, key), getattr(truth, key), atol=1e-12)
+    assert np.abs(back.r - truth.r).max() < 0.003
+    assert back.volume_m3 == pytest.approx(truth.volume_m3, rel=0.01)
+
+
+def test_a_branch_that_starts_within_a_cylinder_starts_there() -> None:
+    s = np.array([[100.0, 200, 0], [100, 200, 1], [100, 200, 0.4], [100.5, 200, 0.4]])
+    e = np.array([[100.0, 200, 1], [100, 200, 2], [100.5, 200, 0.4], [101, 200, 0.4]])
+    truth = Truth(
+        s,
+        e,
+        np.array([0.2, 0.1, 0.03, 0.01]),
+        np.array([0, 0, 1, 1]),
+        np.array([0, 0, 1, 1]),
+        np.array([-1, 0, 0, 2]),
+    )
+    made = tree_of(truth)
+    assert made.skeleton.origin.tolist() == [100, 200, 0]
+    assert made.skeleton.parent.tolist() == [-1, 0, 1, 2, 1, 4]
+    assert made.skeleton.xyz[1].tolist() == pytest.approx([0, 0, 0.4])
+    assert made.skeleton.order.tolist() == [0, 0, 0, 0, 1, 1]
+    assert made.radius == pytest.approx([0.2, 0.2, 0.15, 0.1, 0.02, 0.01])
+    with pytest.raises(ModelError, match="parents first"):
+        tree_of(Truth(s, e, truth.r, truth.order, truth.branch, np.array([1, -1, 0, 2])))
+
+
+def test_a_truth_is_told_from_a_model(tree: TreeModel, tmp_path: Path) -> None:
+    write_truth(truth_of(tree), tmp_path / "a.npz")
+    model_npz.write(tree, tmp_path / "b.npz")
+    (tmp_path / "c.npz").write_bytes(b"hello")
+    held = [holds_truth(tmp_path / f"{name}.npz") for name in "abcd"]
+    assert held == [True, False, False, False]

@@ -1,0 +1,81 @@
+"""The kinds of trees that can be grown, by name: a new generator is one entry in `KINDS`."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeVar
+
+from pipeline.errors import UsageError
+from pipeline.model import TreeModel
+from pipeline.options import Options
+from pipeline.synthetic import colonization
+from pipeline.synthetic.tubes import PRESETS, TubeTreeOptions, grow_tubes
+
+T = TypeVar("T")
+
+NO_PRESETS: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
+
+
+class Kind(NamedTuple):
+    """A generator of trees.
+
+    Attributes
+    ----------
+    options : type of Options
+        Has a field `seed`.
+    grow : callable
+        Makes a `TreeModel` of these options.
+    about : str
+        What it grows, in a few words.
+    presets : mapping of str to mapping
+        Options by name, for trees of different looks.
+    """
+
+    options: type[Options]
+    grow: Callable[[Any], TreeModel]
+    about: str
+    presets: Mapping[str, Mapping[str, Any]] = NO_PRESETS
+
+    def preset(self, name: str) -> Mapping[str, Any]:
+        """Return the options that a preset sets.
+
+        Raises
+        ------
+        UsageError
+            If there is none of that name, listing those there are.
+        """
+        return _named(name, self.presets, "preset")
+
+
+KINDS: dict[str, Kind] = {
+    "tubes": Kind(TubeTreeOptions, grow_tubes, "wandering axes around a stem, the quickest", PRESETS),
+    "colonization": Kind(
+        colonization.ColonizationOptions,
+        colonization.grow_colonization,
+        "branches that compete for the free space of a crown",
+        colonization.PRESETS,
+    ),
+}
+"""Generators by name."""
+
+
+def kind_named(name: str) -> Kind:
+    """Return one of `KINDS`.
+
+    Raises
+    ------
+    UsageError
+        If there is none of that name, listing those there are.
+    """
+    return _named(name, KINDS, "kind of tree")
+
+
+def _named(name: str, known: Mapping[str, T], what: str) -> T:
+    if name in known:
+        return known[name]
+    near = difflib.get_close_matches(name, known, n=1)
+    meant = f", do you mean {near[0]}?" if near else ";"
+    msg = f"unknown {what} {name!r}{meant} known: {', '.join(known) or 'none'}"
+    raise UsageError(msg)
