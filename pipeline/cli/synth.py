@@ -200,3 +200,28 @@ def _explained(error: ValidationError, kind: type[Options]) -> str:
     near = difflib.get_close_matches(key, kind.model_fields, n=1)
     meant = f", do you mean {near[0]}?" if near else ";"
     return f"unknown key {key}{meant} known: {', '.join(kind.model_fields)}"
+
+
+@command.command("suite")
+@click.option(
+    "-o", "--out", type=options.FILE, required=True, metavar="DIR", help="Where scans and results go."
+)
+@click.option("--small", is_flag=True, help="Two scans of one small tree.")
+@click.option(
+    "--workers", type=click.IntRange(1), default=1, show_default=True, metavar="N", help="Processes."
+)
+@options.messages
+def suite_command(out: Path, small: bool, workers: int) -> None:
+    """Grow, scan, reconstruct and score every kind of tree by every scanner.
+
+    Called again it goes on where it was: what has a result in DIR/cases is not done again. DIR/suite.md is
+    the table, DIR/suite.svg draws it.
+    """
+    from pipeline.jobs.suite import cases, table, work_suite
+
+    results = work_suite(
+        out, cases(small=small), workers=workers, tell=lambda text: click.echo(text, err=True)
+    )
+    click.echo(table(results), nl=False)
+    failed = sum(result["error"] is not None for result in results)
+    click.get_current_context().exit(1 if failed else 0)
