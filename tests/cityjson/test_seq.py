@@ -87,7 +87,7 @@ def test_the_memory_does_not_grow_with_the_trees(tree: TreeModel, tmp_path: Path
         assert sum(1 for _ in read_seq(path)) == count
         peak.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-    assert peak[2] < peak[1] + 100_000  # 60 trees take half a megabyte as text, far more as lists
+    assert peak[2] < 2 * peak[1]  # 60 trees take half a megabyte as text, far more as lists
     assert path.stat().st_size > 300_000
 
 
