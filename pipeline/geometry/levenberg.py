@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 
 TUKEY = 4.685  # 95 % efficient for normal residuals
 STEPS = 25
-SETTLED = 1e-7  # a step that lowers the cost by a smaller share of it is the last
+SETTLED = 1e-6  # a step that lowers the cost by a smaller share of it is the last
 
 
 @compiled
