@@ -31,7 +31,9 @@ FLOOR = {name: number for number, names in enumerate(FLOORS) for name in names}
 STAGES = {"cloud", "skeleton", "cylinders", "lsystem", "cityjson", "growth"}
 
 ROOMS = {
-    "laspy": "cloud/las.py",
+    "laspy": ("cloud/las.py", "cloud/tiles.py"),
+    "psycopg": "batch/",
+    "matplotlib": "view/",
     "dask": "batch/",
     "distributed": "batch/",
     "pyvista": "view/",
