@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 DENSE_M = 0.07  # median distance of neighbouring points up to which they show the surface of the wood
 LEAFY = 0.27  # share of linear neighbourhoods below which leaves hide the wood
-FILLED = 0.55  # share of filled neighbourhoods above which they do
+FILLED = 0.57  # share of filled neighbourhoods above which they do
 
 BALLS_M = (0.1, 0.2)
 THINNED_M = 0.02
@@ -21,7 +21,8 @@ LINE = 0.7  # (largest - middle) / largest eigenvalue of the points in a ball, f
 THICK = 0.1  # smallest / largest eigenvalue, the noise taken off, from which points fill a ball
 LEAST_POINTS, LEAST_BALLS = 5, 200
 CROWN = 0.4  # the crown is what lies above this share of the height
-STEM, LEAST_STEM = 0.2, 50  # below this share bark shows the noise, if it has so many balls
+STEM, LEAST_STEM = 0.1, 50  # below this share bark shows the noise, if it has so many balls
+BARK = 0.25  # the thinnest quarter of these balls are bark, even where leaves hang to the ground
 
 
 def is_leafy(xyz: Floats) -> bool:
@@ -59,8 +60,8 @@ def neighbourhoods(xyz: Floats) -> tuple[Share | None, Share | None]:
     """Shares of lines and of filled balls in the crown, at 10 and at 20 cm.
 
     Of terrestrial and mobile scans, leafless ones have 0.35 to 0.7 lines at the better of the two
-    scales, and at 10 cm up to 0.3 filled balls (0.45 where twigs hang in curtains). Of those in
-    leaf, either the lines are 0.11 to 0.18 or the filled balls 0.66 to 0.88.
+    scales, and at 10 cm up to 0.35 filled balls (0.45 where twigs hang in curtains). Of those in
+    leaf, the lines are 0.11 to 0.18 or the filled balls 0.7 to 0.88.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def _share(thin: Floats, radius: float) -> Share | None:
         return None
     spread = np.maximum(np.linalg.eigvalsh(covariance[full]), 1e-12)
     bark = spread[height < STEM, 0]
-    noise = np.median(bark) if len(bark) >= LEAST_STEM else 0.0
+    noise = np.quantile(bark, BARK) if len(bark) >= LEAST_STEM else 0.0
     small, middle, large = spread[crown].T
     line = (large - middle) / large > LINE
     filled = ~line & ((small - noise) / large > THICK)
