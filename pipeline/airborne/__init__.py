@@ -1,0 +1,1 @@
+"""Airborne tiles: vegetation, single trees and their inventory, a cell of the national grid at a time."""

@@ -1,0 +1,114 @@
+"""The columns of the merged table: those of the cells, and what is known once all trees are together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from pipeline.airborne.biomass import biomass
+from pipeline.airborne.inventory import COLUMNS, Column
+from pipeline.formats.geoparquet import arrow
+from pipeline.model import Floats
+
+FIELD = "field"
+"""Value of dbh_method where the diameter was measured in the field."""
+
+ADDED: tuple[Column, ...] = (
+    Column("crown_vol_m3", "float64", "m3", "volume of the ellipsoid with the crown's area and depth"),
+    Column("agb_kg", "float64", "kg", "dry mass above the ground, from height and crown diameter"),
+    Column("agb_lo_kg", "float64", "kg", "lower end of its 90 % interval"),
+    Column("agb_hi_kg", "float64", "kg", "upper end of its 90 % interval"),
+    Column("carbon_kg", "float64", "kg", "carbon in that mass"),
+    Column("species", "string", "", "of the field list; null where no stem of it was joined"),
+    Column("leaf_type", "string", "", "angiosperm or gymnosperm, of the field list; null where unknown"),
+    Column("stem_dbh_cm", "float64", "cm", "diameter of the stem in the field list"),
+    Column("stem_distance_m", "float64", "m", "from the foot of the tree to the stem of the field list"),
+)
+"""Columns that merging adds."""
+
+MERGED: tuple[Column, ...] = (*COLUMNS[:-2], *ADDED, *COLUMNS[-2:])
+"""All columns of the merged table; the geometries stand last."""
+
+
+def arrow_schema(columns: tuple[Column, ...] = MERGED) -> Any:
+    """Return the Arrow schema of columns."""
+    pa = arrow()
+    kinds = {
+        "string": pa.string(),
+        "float64": pa.float64(),
+        "int32": pa.int32(),
+        "bool": pa.bool_(),
+        "date32": pa.date32(),
+        "binary": pa.binary(),
+    }
+    return pa.schema([(column.name, kinds[column.dtype]) for column in columns])
+
+
+def completed(table: Any, stems: Mapping[str, tuple[str | None, str | None, float, float]]) -> Any:
+    """Return a table of the cells with the columns of `ADDED`.
+
+    Parameters
+    ----------
+    table : pyarrow.Table
+        With the columns of `COLUMNS`.
+    stems : mapping
+        Species, leaf type, diameter in cm (NaN where unknown) and distance in m, by tree_id.
+
+    Returns
+    -------
+    pyarrow.Table
+        With the columns of `MERGED`; figures that are not finite are null. Where the field list has a
+        diameter it stands in ``dbh_cm``, without an interval, and ``dbh_method`` is ``field``.
+    """
+    pa, none = arrow(), (None, None, np.nan, np.nan)
+    joined = [stems.get(name, none) for name in table["tree_id"].to_pylist()]
+    species, leaf = (pa.array([row[k] for row in joined], pa.string()) for k in (0, 1))
+    dbh, distance = (np.array([row[k] for row in joined], dtype=np.float64) for k in (2, 3))
+    height, diameter, base = (floats(table, name) for name in ("height_m", "crown_diam_m", "crown_base_h_m"))
+    mass = biomass(height, diameter, [row[1] or "" for row in joined] if joined else None)
+    depth = height - np.where(np.isfinite(base), base, 0.0)
+    new: dict[str, Any] = {
+        "crown_vol_m3": 2 / 3 * floats(table, "crown_area_m2") * np.where(depth > 0, depth, np.nan),
+        "agb_kg": mass.agb_kg,
+        "agb_lo_kg": mass.lo_kg,
+        "agb_hi_kg": mass.hi_kg,
+        "carbon_kg": mass.carbon_kg,
+        "species": species,
+        "leaf_type": leaf,
+        "stem_dbh_cm": dbh,
+        "stem_distance_m": distance,
+        **_field(table, dbh),
+    }
+    schema = arrow_schema()
+    held = [_tidy(new[field.name] if field.name in new else table[field.name], field) for field in schema]
+    return pa.table(held, schema=schema)
+
+
+def floats(table: Any, name: str) -> Floats:
+    """Return a column of numbers, NaN where it is null."""
+    return np.asarray(table[name].to_numpy(zero_copy_only=False), dtype=np.float64)
+
+
+def _field(table: Any, dbh: Floats) -> dict[str, Any]:
+    """Return the columns of the diameter, from the field where it was measured there."""
+    measured = np.isfinite(dbh)
+    method = np.where(measured, FIELD, np.array(table["dbh_method"].to_pylist(), dtype=object))
+    return {
+        "dbh_cm": np.where(measured, dbh, floats(table, "dbh_cm")),
+        "dbh_lo_cm": np.where(measured, np.nan, floats(table, "dbh_lo_cm")),
+        "dbh_hi_cm": np.where(measured, np.nan, floats(table, "dbh_hi_cm")),
+        "dbh_method": arrow().array(method.tolist(), arrow().string()),
+    }
+
+
+def _tidy(values: Any, field: Any) -> Any:
+    """Return a column with nulls where a number is not finite."""
+    pa = arrow()
+    if not pa.types.is_floating(field.type):
+        return values
+    if isinstance(values, np.ndarray):
+        return pa.array(values, mask=~np.isfinite(values))
+    compute = arrow("pyarrow.compute")
+    return compute.if_else(compute.is_finite(values), values, pa.scalar(None, field.type))
