@@ -39,6 +39,7 @@ from pipeline.lsystem import (
     write_lsjson,
 )
 from pipeline.mesh import Mesh, build, union
+from pipeline.mesh.look import Look
 from pipeline.model import Skeleton, TreeModel
 from pipeline.output import write_text
 from pipeline.synthetic import holds_truth, read_truth, tree_of
@@ -136,6 +137,14 @@ def _plainly(write_file: Callable[[TreeModel, Path], None]) -> Writer:
     """Make a writer of a function that has no options."""
     return lambda tree, path, _config: write_file(tree, path)
 
+
+def write_surface(mesh: Mesh, path: Path, look: Look) -> None:
+    """Write a mesh that is drawn already, with its colours and pictures; the suffix is one of `SURFACES`."""
+    SURFACES[format_of(path).suffix](mesh, path, look=look)
+
+
+SURFACES: dict[str, Callable[..., None]] = {".mesh.ply": mesh_ply.write, ".obj": obj.write, ".glb": glb.write}
+"""Writers of a mesh by suffix."""
 
 SHAPE_ALONE = ("skeleton", "radii", "branch order", "trunk", "metadata")
 """What a surface does not hold; the CRS stands in a comment."""

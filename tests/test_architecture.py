@@ -23,7 +23,7 @@ FLOORS = (
     ("formats", "cityjson", "synthetic", "accuracy", "airborne"),
     ("toml", "config", "view", "report", "exchange"),
     ("run", "store"),
-    ("batch", "jobs", "regression"),
+    ("batch", "jobs", "regression", "studio"),
     ("cli", "__main__"),
 )
 FLOOR = {name: number for number, names in enumerate(FLOORS) for name in names}
@@ -36,7 +36,8 @@ ROOMS = {
     "matplotlib": "view/",
     "dask": "batch/",
     "distributed": "batch/",
-    "pyvista": "view/",
+    "pyvista": ("view/", "studio/"),
+    "trame": "studio/",
     "open3d": "synthetic/",
     "click": "cli/",
     "logging": ("cli/", "run.py", "jobs/", "batch/"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import sys
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,15 +13,25 @@ import click
 from pydantic import ValidationError
 
 from pipeline.cli import options
+from pipeline.cli.logs import LOGGER
 from pipeline.errors import InputFormatError, OutputExistsError, UsageError
 from pipeline.options import Options
 
 if TYPE_CHECKING:
+    from pipeline.mesh.look import Look
     from pipeline.model import TreeModel
+    from pipeline.synthetic.kinds import Kind
 
 Chosen = TypeVar("Chosen", bound=Options)
 
 NPZ = ".npz"
+ENDED = {
+    "max_iter": "all iterations are done",
+    "exhausted": "the crown is full",
+    "out_of_reach": "no twig sees free space any more",
+    "stalled": "twigs would only grow where they have grown",
+}
+"""Why growth ends, in words."""
 
 setting = click.option(
     "--set", "settings", multiple=True, metavar="KEY=VALUE", help="Any other option; above all."
@@ -36,19 +47,28 @@ def command() -> None:
 @command.command("tree")
 @click.option("--kind", default="tubes", show_default=True, metavar="NAME", help="How it grows.")
 @click.option("--preset", metavar="NAME", help="A habit that comes with the kind.")
+@click.option("--bark", type=options.FILE, metavar="FILE.png", help="Your picture of bark (.obj .glb).")
+@click.option("--leaf", type=options.FILE, metavar="FILE.png", help="Your picture of a leaf (.obj .glb).")
+@click.option("--no-leaves", is_flag=True, help="Leave the leaves out of .obj .glb .mesh.ply.")
 @seed
 @setting
 @options.output("a model in any format; .npz is the truth")
 @options.overwrite
 @options.messages
 def tree_command(
-    kind: str, preset: str | None, settings: Sequence[str], target: Path, overwrite: bool, **given: int | None
+    kind: str,
+    preset: str | None,
+    settings: Sequence[str],
+    target: Path,
+    overwrite: bool,
+    no_leaves: bool,
+    **given: Any,
 ) -> None:
     """Grow a tree from a seed.
 
     An unknown kind, preset or option is answered with those there are.
     """
-    from pipeline.exchange import format_of, write
+    from pipeline.exchange import SURFACES, format_of, write, write_surface
     from pipeline.synthetic import kind_named, truth_of, write_truth
 
     is_truth = target.name.lower().endswith(NPZ)
@@ -57,8 +77,15 @@ def tree_command(
         format_of(target)
     grower = kind_named(kind)
     start = grower.preset(preset) if preset is not None else {}
-    tree = grower.grow(_chosen(grower.options, {**start, **_told(given)}, settings))
-    if is_truth:
+    pictures = _pictures(grower, target, bark=given.pop("bark"), leaf=given.pop("leaf"))
+    chosen = _chosen(grower.options, {**start, **pictures, **_told(given)}, settings)
+    drawn = grower.draw is not None and target.name.lower().endswith(tuple(SURFACES))
+    look = grower.look(chosen) if drawn and grower.look else None
+    _check_beside(target, look, overwrite=overwrite)
+    tree = _grown(grower, chosen)
+    if look is not None and grower.draw is not None:
+        write_surface(grower.draw(tree, chosen, leaves=not no_leaves), target, look)
+    elif is_truth:
         write_truth(truth_of(tree), target)
     else:
         write(tree, target)
@@ -68,7 +95,46 @@ def tree_command(
         f"{1000 * tree.volume.sum():.0f} l of wood"
     )
     if "stop_reason" in tree.metadata:
-        click.echo(f"growth ended: {tree.metadata['stop_reason']}")
+        reason = str(tree.metadata["stop_reason"])
+        click.echo(f"growth ended: {reason}, {ENDED.get(reason, 'see the documentation')}")
+    if grower.draw is not None and look is None:
+        LOGGER.info("%s does not hold the leaves; .obj, .glb and .mesh.ply do", target)
+
+
+def _pictures(grower: Kind, target: Path, **pictures: Path | None) -> dict[str, str]:
+    """Return the pictures that were given as options.
+
+    Raises
+    ------
+    UsageError
+        If the kind or the format bears none.
+    """
+    given = _told(pictures)
+    for name in given:
+        if grower.draw is None:
+            msg = f"--{name}: trees of this kind bear no pictures; add --kind colonization"
+            raise UsageError(msg)
+        if not target.name.lower().endswith((".obj", ".glb")):
+            msg = f"--{name}: {target.name} holds no pictures; end its name in .obj or .glb"
+            raise UsageError(msg)
+    return {f"{name}_picture": str(path) for name, path in given.items()}
+
+
+def _check_beside(target: Path, look: Look | None, *, overwrite: bool) -> None:
+    """Make sure that no picture beside an OBJ file is overwritten unasked."""
+    from pipeline.formats.obj import pictures
+
+    if look is not None and target.name.lower().endswith(".obj") and not overwrite:
+        for beside in pictures(target, look):
+            options.check_target(beside, ("",), overwrite=False)
+
+
+def _grown(grower: Kind, chosen: Options) -> TreeModel:
+    """Grow a tree, with a bar on stderr where that is a terminal and nobody asked for quiet."""
+    if not grower.tells or not sys.stderr.isatty() or click.get_current_context().meta["quiet"]:
+        return grower.grow(chosen)
+    with click.progressbar(length=1000, label="growing", file=sys.stderr) as bar:
+        return grower.grow(chosen, lambda step: bar.update(1000 * step.done // step.iterations - bar.pos))
 
 
 @command.command("scan")

@@ -13,13 +13,14 @@ from __future__ import annotations
 import json
 import os
 import struct
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.mesh import Mesh
-from pipeline.mesh.triangles import BARK_RGB, LEAF_RGB
+from pipeline.mesh.look import PLAIN, RGB, Look
 from pipeline.model import Floats
 from pipeline.output import write_bytes
 
@@ -28,9 +29,9 @@ VERTICES, FACES = 34962, 34963
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 
 
-def _material(name: str, colour: tuple[float, float, float], rough: float) -> dict[str, Any]:
+def _material(name: str, colour: RGB, rough: float) -> dict[str, Any]:
     """Describe a dull material; glTF counts colours in linear light, not in that of screens."""
-    surface = {
+    surface: dict[str, Any] = {
         "baseColorFactor": [*(round(channel**2.2, 4) for channel in colour), 1.0],
         "metallicFactor": 0.0,
         "roughnessFactor": rough,
@@ -38,10 +39,19 @@ def _material(name: str, colour: tuple[float, float, float], rough: float) -> di
     return {"name": name, "pbrMetallicRoughness": surface, "doubleSided": name == "leaf"}
 
 
-MATERIALS = {"bark": _material("bark", BARK_RGB, 0.95), "leaves": _material("leaf", LEAF_RGB, 0.7)}
+def _described(name: str, look: Look, arrays: _Arrays, *, painted: bool) -> dict[str, Any]:
+    """Describe the material of a part, storing its picture where the part has places for it."""
+    bark = name == "bark"
+    picture = (look.bark_png if bark else look.leaf_png) if painted else None
+    colour = (1.0, 1.0, 1.0) if picture else look.bark if bark else look.leaf
+    made = _material("bark" if bark else "leaf", colour, 0.95 if bark else 0.7)
+    if picture:
+        made["pbrMetallicRoughness"]["baseColorTexture"] = {"index": arrays.add_picture(picture)}
+        made |= {} if bark else {"alphaMode": "MASK", "alphaCutoff": 0.5}
+    return made
 
 
-def write(mesh: Mesh, path: str | os.PathLike[str]) -> None:
+def write(mesh: Mesh, path: str | os.PathLike[str], *, look: Look = PLAIN) -> None:
     """Write a mesh as GLB.
 
     glTF has metres, y up and 32 bits: x stays, y becomes -z, z becomes y. The coordinates are local; the
@@ -53,6 +63,8 @@ def write(mesh: Mesh, path: str | os.PathLike[str]) -> None:
     ----------
     mesh : Mesh
     path : path-like
+    look : Look, optional
+        Colours, and pictures where the mesh has uv; these are held in the file.
 
     Raises
     ------
@@ -78,7 +90,8 @@ def write(mesh: Mesh, path: str | os.PathLike[str]) -> None:
     }
     if meshes:
         root["children"] = list(range(1, len(meshes) + 1))
-        materials = [MATERIALS[name] for name, _ in parts]
+        painted = mesh.uv is not None
+        materials = [_described(name, look, arrays, painted=painted) for name, _ in parts]
         document |= {"meshes": meshes, "materials": materials, **arrays.tables()}
     write_bytes(path, _packed(document, bytes(arrays.content)))
 
@@ -90,6 +103,7 @@ class _Arrays:
         self.content = bytearray()
         self.views: list[dict[str, Any]] = []
         self.accessors: list[dict[str, Any]] = []
+        self.pictures: list[int] = []
 
     def add(self, values: NDArray[Any], kind: str, target: int, *, bounds: bool = False) -> int:
         """Append an array of 4-byte numbers and return the number of its accessor."""
@@ -108,22 +122,57 @@ class _Arrays:
         self.accessors.append(accessor)
         return len(self.accessors) - 1
 
+    def add_picture(self, content: bytes) -> int:
+        """Append a PNG file, filled up to a multiple of four bytes, and return the number of its texture."""
+        view = {"buffer": 0, "byteOffset": len(self.content), "byteLength": len(content)}
+        self.pictures.append(len(self.views))
+        self.views.append(view)
+        self.content += content + b"\0" * (-len(content) % 4)
+        return len(self.pictures) - 1
+
     def tables(self) -> dict[str, Any]:
         """Return the tables of the document."""
         buffers = [{"byteLength": len(self.content)}]
-        return {"buffers": buffers, "bufferViews": self.views, "accessors": self.accessors}
+        tables: dict[str, Any] = {
+            "buffers": buffers,
+            "bufferViews": self.views,
+            "accessors": self.accessors,
+        }
+        if self.pictures:
+            tables["images"] = [{"bufferView": view, "mimeType": "image/png"} for view in self.pictures]
+            tables["textures"] = [{"source": k} for k in range(len(self.pictures))]
+        return tables
 
 
 def _primitive(part: Mesh, arrays: _Arrays, material: int) -> dict[str, Any]:
     """Store the arrays of one material's triangles."""
+    place = None
+    if part.uv is not None:
+        part, place = _unseamed(part, part.uv)
     branch = np.zeros(len(part.vertices), dtype="<f4")
     branch[part.faces.ravel()] = np.repeat(part.branch, 3)
     held = {"POSITION": arrays.add(_turned(part.vertices), "VEC3", VERTICES, bounds=True)}
     if part.normals is not None:
         held["NORMAL"] = arrays.add(_turned(part.normals), "VEC3", VERTICES)
     held["_BRANCH"] = arrays.add(branch, "SCALAR", VERTICES)
+    if place is not None:
+        held["TEXCOORD_0"] = arrays.add(place, "VEC2", VERTICES)
     faces = arrays.add(part.faces.astype("<u4").ravel(), "SCALAR", FACES)
     return {"attributes": held, "indices": faces, "material": material, "mode": 4}
+
+
+def _unseamed(part: Mesh, uv: Floats) -> tuple[Mesh, NDArray[np.float32]]:
+    """Return a mesh whose vertices each have one place in the picture, and the places, counted downwards."""
+    rows = np.column_stack([part.faces.ravel(), np.round(uv.reshape(-1, 2), 5)])
+    distinct, corner = np.unique(rows, axis=0, return_inverse=True)
+    vertex = distinct[:, 0].astype(np.int64)
+    split = replace(
+        part,
+        vertices=part.vertices[vertex],
+        faces=corner.reshape(-1, 3).astype(np.int32),
+        normals=None if part.normals is None else part.normals[vertex],
+    )
+    return split, np.column_stack([distinct[:, 1], 1.0 - distinct[:, 2]]).astype("<f4")
 
 
 def _turned(vectors: Floats) -> NDArray[np.float32]:

@@ -60,6 +60,7 @@ def union(source: TreeModel | Mesh, *, options: MeshOptions | None = None) -> Me
         branch=branch,
         leaf=np.zeros(len(branch), dtype=bool),
         normals=None,
+        uv=None,
     )
     return together(bare, leaves)
 

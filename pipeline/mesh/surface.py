@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from pipeline.mesh.options import TubeOptions
 from pipeline.mesh.rings import Rings
 from pipeline.mesh.triangles import Flags, Mesh, empty
 from pipeline.mesh.tube import Rules, tube
+from pipeline.mesh.wrapping import wrapped
 from pipeline.model import Floats, Skeleton, TreeModel
 
 SIDES = np.array([3, 4, 6, 8, 12, 16, 24, 32, 48, 64])
@@ -42,7 +44,7 @@ class Axis(NamedTuple):
     spare: Flags
 
 
-def tubes(tree: TreeModel, *, options: TubeOptions | None = None) -> Mesh:
+def tubes(tree: TreeModel, *, options: TubeOptions | None = None, tile_m: float | None = None) -> Mesh:
     """Draw one closed, tapered tube along the path of every branch.
 
     Rings are many-sided with the area of the circle they stand for, lie in the plane that halves
@@ -54,6 +56,8 @@ def tubes(tree: TreeModel, *, options: TubeOptions | None = None) -> Mesh:
     tree : TreeModel
         A branch begins at its foot on the parent's axis, with its own radius.
     options : TubeOptions, optional
+    tile_m : float, optional
+        Side of a picture of bark, metres; the mesh then says where in it every corner lies.
 
     Returns
     -------
@@ -67,17 +71,19 @@ def tubes(tree: TreeModel, *, options: TubeOptions | None = None) -> Mesh:
     about 1 % on a tree that is smooth at the scale of its radii.
     """
     options = options or TubeOptions()
-    mesh, _ = drawn(axes_of(tree, options), tree.skeleton, options)
+    mesh, _ = drawn(axes_of(tree, options), tree.skeleton, options, tile_m)
     return mesh
 
 
-def axes_of(tree: TreeModel, options: TubeOptions) -> list[Axis]:
+def axes_of(tree: TreeModel, options: TubeOptions, wanted: Flags | None = None) -> list[Axis]:
     """Return the axis of every branch that has a length in nodes, with the radii to draw.
 
     Parameters
     ----------
     tree : TreeModel
     options : TubeOptions
+    wanted : (B,) array of bool, optional
+        Which branches; all if not given.
 
     Returns
     -------
@@ -86,7 +92,7 @@ def axes_of(tree: TreeModel, options: TubeOptions) -> list[Axis]:
     """
     axes = []
     for branch, path in enumerate(tree.skeleton.paths):
-        if len(path) > 1:
+        if len(path) > 1 and (wanted is None or wanted[branch]):
             radius = tree.radius[path]
             radius[0] = tree.start_radius[path[1]]
             radius = np.maximum(radius, options.min_radius_m)
@@ -94,7 +100,9 @@ def axes_of(tree: TreeModel, options: TubeOptions) -> list[Axis]:
     return axes
 
 
-def drawn(axes: Sequence[Axis], skeleton: Skeleton, options: TubeOptions) -> tuple[Mesh, Flags]:
+def drawn(
+    axes: Sequence[Axis], skeleton: Skeleton, options: TubeOptions, tile_m: float | None = None
+) -> tuple[Mesh, Flags]:
     """Draw a tube around every axis.
 
     Parameters
@@ -103,6 +111,8 @@ def drawn(axes: Sequence[Axis], skeleton: Skeleton, options: TubeOptions) -> tup
     skeleton : Skeleton
         Gives origin and reference system.
     options : TubeOptions
+    tile_m : float, optional
+        As in `tubes`.
 
     Returns
     -------
@@ -111,9 +121,11 @@ def drawn(axes: Sequence[Axis], skeleton: Skeleton, options: TubeOptions) -> tup
         Which faces close the end of a tube.
     """
     if not axes:
-        return empty(skeleton.origin, skeleton.crs), np.zeros(0, dtype=bool)
+        none = empty(skeleton.origin, skeleton.crs)
+        return replace(none, uv=None if tile_m is None else np.zeros((0, 3, 2))), np.zeros(0, dtype=bool)
     rules = Rules(options.ring_gap_m, MITRE)
-    made = [tube(rings, rules) for rings in rings_of(axes, options)]
+    around = rings_of(axes, options)
+    made = [tube(rings, rules) for rings in around]
     placed = np.cumsum([0, *(len(one.vertices) for one in made)])
     mesh = Mesh(
         np.concatenate([one.vertices for one in made]),
@@ -121,6 +133,7 @@ def drawn(axes: Sequence[Axis], skeleton: Skeleton, options: TubeOptions) -> tup
         np.repeat([axis.branch for axis in axes], [len(one.faces) for one in made]),
         skeleton.origin,
         skeleton.crs,
+        uv=None if tile_m is None else wrapped(made, around, tile_m),
     )
     flat = np.concatenate([np.arange(len(one.faces)) >= len(one.faces) - one.ends for one in made])
     return mesh, flat

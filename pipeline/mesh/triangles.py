@@ -42,6 +42,10 @@ class Mesh:
         Which faces are leaves; none where it is left out.
     normals : (V, 3) array of float64, optional
         Unit vectors for smooth shading; None where faces are flat.
+    uv : (F, 3, 2) array of float64, optional
+        Where in its picture every corner of a face lies, in widths and heights of the picture from its
+        lower left; None where there are no pictures. Faces on both sides of a seam differ in it, so the
+        vertices stay one.
 
     Raises
     ------
@@ -56,6 +60,7 @@ class Mesh:
     crs: str | None = None
     leaf: Flags = field(default_factory=lambda: np.zeros(0, dtype=bool))
     normals: Floats | None = None
+    uv: Floats | None = None
 
     def __post_init__(self) -> None:
         vertices = np.asarray(self.vertices, dtype=np.float64).reshape(-1, 3).view()
@@ -85,6 +90,11 @@ class Mesh:
             held["normals"] = np.asarray(self.normals, dtype=np.float64).view()
             if held["normals"].shape != vertices.shape:
                 msg = f"{len(vertices)} vertices have normals {held['normals'].shape}; give one a vertex"
+                raise ModelError(msg)
+        if self.uv is not None:
+            held["uv"] = np.asarray(self.uv, dtype=np.float64).view()
+            if held["uv"].shape != (len(faces), 3, 2):
+                msg = f"{len(faces)} faces have uv {held['uv'].shape}; give two numbers a corner"
                 raise ModelError(msg)
         for name, array in held.items():
             array.flags.writeable = False
@@ -131,6 +141,7 @@ class Mesh:
             branch=self.branch[faces],
             leaf=self.leaf[faces],
             normals=None if self.normals is None else self.normals[used],
+            uv=None if self.uv is None else self.uv[faces],
         )
 
 
@@ -142,9 +153,11 @@ def empty(origin: Floats, crs: str | None) -> Mesh:
 
 def together(first: Mesh, second: Mesh) -> Mesh:
     """Put two meshes of one origin into one, vertices and faces of `first` before those of `second`."""
-    normals = None
+    normals, uv = None, None
     if first.normals is not None and second.normals is not None:
         normals = np.concatenate([first.normals, second.normals])
+    if first.uv is not None and second.uv is not None:
+        uv = np.concatenate([first.uv, second.uv])
     return Mesh(
         np.concatenate([first.vertices, second.vertices]),
         np.concatenate([first.faces, second.faces + len(first.vertices)]),
@@ -153,6 +166,7 @@ def together(first: Mesh, second: Mesh) -> Mesh:
         first.crs,
         np.concatenate([first.leaf, second.leaf]),
         normals,
+        uv,
     )
 
 

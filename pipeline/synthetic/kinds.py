@@ -8,6 +8,8 @@ from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
 from pipeline.errors import UsageError
+from pipeline.mesh import Mesh
+from pipeline.mesh.look import Look
 from pipeline.model import TreeModel
 from pipeline.options import Options
 from pipeline.synthetic import colonization
@@ -31,12 +33,21 @@ class Kind(NamedTuple):
         What it grows, in a few words.
     presets : mapping of str to mapping
         Options by name, for trees of different looks.
+    tells : bool
+        Whether `grow` takes a second argument that is told after every step (`done` of `iterations`).
+    draw : callable, optional
+        Makes the mesh of a tree, its options and ``leaves=True``; None where any tree is drawn alike.
+    look : callable, optional
+        Colours and pictures of these options; there where `draw` is.
     """
 
     options: type[Options]
-    grow: Callable[[Any], TreeModel]
+    grow: Callable[..., TreeModel]
     about: str
     presets: Mapping[str, Mapping[str, Any]] = NO_PRESETS
+    tells: bool = False
+    draw: Callable[..., Mesh] | None = None
+    look: Callable[[Any], Look] | None = None
 
     def preset(self, name: str) -> Mapping[str, Any]:
         """Return the options that a preset sets.
@@ -56,6 +67,9 @@ KINDS: dict[str, Kind] = {
         colonization.grow_colonization,
         "branches that compete for the free space of a crown",
         colonization.PRESETS,
+        tells=True,
+        draw=colonization.dressed,
+        look=colonization.look_of,
     ),
 }
 """Generators by name."""

@@ -9,6 +9,7 @@ import pytest
 
 from pipeline.cloud import read_cloud
 from pipeline.exchange import read_model
+from pipeline.formats.png import packed
 from pipeline.synthetic import read_truth, truth_of
 
 try:
@@ -146,3 +147,49 @@ def test_help_is_there(call):
         result = call(*arguments)
         assert result.exit_code == 0
         assert "Usage:" in result.stdout
+
+
+SMALL = ("--kind", "colonization", "--preset", "bush", "--set", "iterations=6")
+
+
+def test_a_colonization_tree_bears_leaves_and_pictures(call, tmp_path):
+    result = call("synth", "tree", *SMALL, "-o", tmp_path / "b.obj")
+    assert result.exit_code == 0, result.stderr
+    assert "growth ended: max_iter, all iterations are done" in result.stdout
+    assert {path.name for path in tmp_path.iterdir()} == {"b.obj", "b.mtl", "b_bark.png", "b_leaf.png"}
+    assert "usemtl leaf" in (tmp_path / "b.obj").read_text()
+    assert call("synth", "tree", *SMALL, "--no-leaves", "-o", tmp_path / "c.obj").exit_code == 0
+    assert "usemtl leaf" not in (tmp_path / "c.obj").read_text()
+    (tmp_path / "b.obj").unlink()
+    again = call("synth", "tree", *SMALL, "-o", tmp_path / "b.obj")
+    assert (again.exit_code, "b_bark.png: exists already" in again.stderr) == (2, True)
+
+
+def test_pictures_of_ones_own(call, tmp_path):
+    mine = tmp_path / "mine.png"
+    mine.write_bytes(packed(np.full((2, 2, 3), 7, dtype=np.uint8)))
+    arguments = ("synth", "tree", *SMALL, "--bark", mine, "-o")
+    assert call(*arguments, tmp_path / "b.obj").exit_code == 0
+    assert (tmp_path / "b_bark.png").read_bytes() == mine.read_bytes()
+    assert call(*arguments, tmp_path / "b.glb").exit_code == 0
+    assert mine.read_bytes() in (tmp_path / "b.glb").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("content", "target", "code", "said"),
+    [
+        (None, "b.obj", 1, "there is no such file; give a PNG picture"),
+        (b"GIF89a", "b.obj", 1, "is no PNG picture; save it as PNG"),
+        (packed(np.zeros((2, 2, 3), dtype=np.uint8))[:-20], "b.obj", 1, "damaged PNG picture; save it anew"),
+        (None, "b.npz", 2, "holds no pictures; end its name in .obj or .glb"),
+    ],
+)
+def test_wrong_pictures(call, tmp_path, content, target, code, said):
+    mine = tmp_path / "mine.png"
+    if content is not None:
+        mine.write_bytes(content)
+    result = call("synth", "tree", *SMALL, "--leaf", mine, "-o", tmp_path / target)
+    assert (result.exit_code, said in result.stderr) == (code, True), result.stderr
+    assert not (tmp_path / target).exists()
+    result = call("synth", "tree", "--leaf", mine, "-o", tmp_path / "t.obj")
+    assert (result.exit_code, "add --kind colonization" in result.stderr) == (2, True)

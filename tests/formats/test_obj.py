@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 import trimesh
 import vtk
+from PIL import Image
 from vtk.util.numpy_support import vtk_to_numpy
 
 from pipeline.errors import OutputError
 from pipeline.formats import obj
+from pipeline.formats.png import packed
 from pipeline.mesh import Mesh, MeshOptions, build, tubes
+from pipeline.mesh.look import Look
 from pipeline.model import TreeModel
 
 LEAFY = MeshOptions(leaves="quads", smooth=True)
@@ -128,3 +131,27 @@ def test_a_folder_in_the_way_is_named(tree: TreeModel, tmp_path: Path) -> None:
     (tmp_path / "t.obj").mkdir()
     with pytest.raises(OutputError, match=r"t\.obj: is a directory"):
         obj.write(tubes(tree), tmp_path / "t.obj")
+
+
+def test_corners_have_places_in_pictures_and_no_seam_smears(tree: TreeModel, tmp_path: Path) -> None:
+    mesh = tubes(tree, tile_m=0.5)
+    assert mesh.uv is not None
+    look = Look(bark_png=packed(np.full((4, 4, 3), 99, dtype=np.uint8)))
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        obj.write(mesh, tmp_path / name / "t.obj", look=look)
+    for file in ("t.obj", "t.mtl", "t_bark.png"):
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+    lines = read(tmp_path / "a" / "t.obj")
+    places = np.array(lines["vt"], dtype=float)
+    used = np.array([[corner.split("/")[1] for corner in face] for face in lines["f"]], dtype=int) - 1
+    assert places[used] == pytest.approx(mesh.uv, abs=1e-5)
+    around = np.ptp(mesh.uv[:, :, 0], axis=1)
+    for branch in range(3):
+        sides = mesh.branch == branch
+        pictures = max(1, np.round(mesh.uv[sides, :, 0].max()))
+        assert around[sides].max() <= pictures / 3 + 1e-9  # at most one side of a triangle
+    u, v = mesh.uv[:, 1] - mesh.uv[:, 0], mesh.uv[:, 2] - mesh.uv[:, 0]
+    assert np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).min() > 0
+    for (name,) in read(tmp_path / "a" / "t.mtl")["map_Kd"]:
+        assert Image.open(tmp_path / "a" / name).getpixel((0, 0)) == (99, 99, 99)

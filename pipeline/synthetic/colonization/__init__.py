@@ -9,6 +9,7 @@
 | `shape` | radii, axes, branches that hang |
 | `leaves` | where leaves are |
 | `dressing` | triangles of bark and leaves |
+| `painting` | pictures of bark and leaves |
 | `colours`, `presets` | what there is to choose from |
 """
 
@@ -16,6 +17,7 @@ from pipeline.synthetic.colonization.dressing import dressed
 from pipeline.synthetic.colonization.growth import grow, grow_colonization, shaped
 from pipeline.synthetic.colonization.leaves import Leaves, leaves_of
 from pipeline.synthetic.colonization.options import ColonizationOptions
+from pipeline.synthetic.colonization.painting import look_of
 from pipeline.synthetic.colonization.presets import PRESETS
 
 __all__ = [
@@ -26,5 +28,6 @@ __all__ = [
     "grow",
     "grow_colonization",
     "leaves_of",
+    "look_of",
     "shaped",
 ]

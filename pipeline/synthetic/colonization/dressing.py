@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from pipeline.mesh import Mesh, TubeOptions, tubes
@@ -13,9 +15,10 @@ from pipeline.synthetic.colonization.options import ColonizationOptions
 TRIANGLE = np.array([[-0.5, 0.0], [0.5, 0.0], [0.0, 1.0]])
 SQUARE = np.array([[-0.5, 0.0], [0.5, 0.0], [0.5, 1.0], [-0.5, 1.0]])
 """Corners across and along a leaf, in edges."""
+TILE_M = 0.5  # side of a picture of bark
 
 
-def dressed(tree: TreeModel, options: ColonizationOptions) -> Mesh:
+def dressed(tree: TreeModel, options: ColonizationOptions, *, leaves: bool = True) -> Mesh:
     """Draw a tree and its leaves.
 
     Parameters
@@ -24,21 +27,24 @@ def dressed(tree: TreeModel, options: ColonizationOptions) -> Mesh:
         Of `grow_colonization`.
     options : ColonizationOptions
         Those it has grown by; only what shapes bark and leaves is read.
+    leaves : bool, optional
+        Whether it bears any.
 
     Returns
     -------
     Mesh
-        Bark first, then the leaves, open and to be seen from both sides.
+        Bark first, then the leaves, open and to be seen from both sides; with uv.
     """
     sides = TubeOptions(min_sides=options.ring_sides, max_sides=options.ring_sides)
-    return together(tubes(tree, options=sides), leaf_mesh(leaves_of(tree, options), tree))
+    bark = tubes(tree, options=sides, tile_m=TILE_M)
+    return together(bark, leaf_mesh(leaves_of(tree, options), tree)) if leaves else bark
 
 
 def leaf_mesh(leaves: Leaves, tree: TreeModel) -> Mesh:
     """Draw leaves: a triangle or a square each, or two squares that cross at the midrib."""
     skeleton = tree.skeleton
     if not len(leaves.at):
-        return empty(skeleton.origin, skeleton.crs)
+        return replace(empty(skeleton.origin, skeleton.crs), uv=np.zeros((0, 3, 2)))
     shape = TRIANGLE if leaves.kind == "triangle" else SQUARE
     sides = [np.cross(leaves.rib, leaves.normal)]
     if leaves.kind.endswith("cross-foil"):
@@ -50,7 +56,8 @@ def leaf_mesh(leaves: Leaves, tree: TreeModel) -> Mesh:
     faces = (first[:, None, None] + fan).reshape(-1, 3).astype(np.int32)
     branch = np.repeat(skeleton.branch[leaves.node], len(sides) * len(fan)).astype(np.int32)
     is_leaf = np.ones(len(faces), dtype=bool)
-    return Mesh(foils.reshape(-1, 3), faces, branch, skeleton.origin, skeleton.crs, is_leaf)
+    uv = np.tile((shape + [0.5, 0.0])[fan], (len(first), 1, 1))
+    return Mesh(foils.reshape(-1, 3), faces, branch, skeleton.origin, skeleton.crs, is_leaf, uv=uv)
 
 
 def _foil(leaves: Leaves, side: Floats, shape: Floats) -> Floats:

@@ -18,6 +18,9 @@ from pipeline.synthetic.colonization.schedule import influence, kill_distances
 from pipeline.synthetic.colonization.shape import axes, hanging, pipe_exponent, pipe_radii
 
 STEM_STREAM, POINTS_STREAM = 0, 1
+YOUNG = 0.5  # share of points left above which a growth that ends has hardly begun
+WIDER = 1.25  # how much farther tips then see
+MOST_TRIES = 10
 Listener = Callable[[Progress], None]
 
 
@@ -47,7 +50,12 @@ def grow_colonization(options: ColonizationOptions, progress: Listener | None = 
 
 
 def grow(options: GrowthOptions, progress: Listener | None = None) -> tuple[Colony, int]:
-    """Grow the nodes alone; the second value is how many of them, from the first on, are the stem."""
+    """Grow the nodes alone; the second value is how many of them, from the first on, are the stem.
+
+    A low `density_begin` kills points nearly as far off as tips see them. Few points are left between the two
+    distances, by chance none, and the tree ends before it has begun. It then grows anew with tips that see
+    farther; a crown that has filled half of its space does not.
+    """
     straight, entered = stem_nodes(options, np.random.default_rng([options.seed, STEM_STREAM]))
     points = crown_points(options, straight[entered], np.random.default_rng([options.seed, POINTS_STREAM]))
     flat = min(1.0, options.crown_height_m / max(options.crown_width_m, options.crown_depth_m))
@@ -60,7 +68,12 @@ def grow(options: GrowthOptions, progress: Listener | None = None) -> tuple[Colo
     )
     first = (straight, np.arange(len(straight)) - 1)
     kill = kill_distances(options)
-    return colonize(points, first, rules=rules, kill_m=kill, progress=progress), len(straight)
+    for _ in range(MOST_TRIES):
+        colony = colonize(points, first, rules=rules, kill_m=kill, progress=progress)
+        if colony.reason != "out_of_reach" or colony.left.mean() < YOUNG:
+            break
+        rules = rules._replace(influence_m=WIDER * rules.influence_m)
+    return colony, len(straight)
 
 
 def shaped(colony: Colony, stem: int, options: ColonizationOptions) -> TreeModel:

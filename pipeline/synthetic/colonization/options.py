@@ -129,6 +129,8 @@ class AppearanceOptions(Options):
     leaf_type: LeafType = Field(
         "cross-foil", description="shape of a leaf; custom ones bear a picture of yours"
     )
+    bark_picture: str = Field("", description="PNG file of your own bark; empty: it is painted")
+    leaf_picture: str = Field("", description="PNG file of your own leaf or foil; empty: it is painted")
     stem_colour: StemColour = Field("brown", description="colour of the bark")
     leaf_colour: LeafColour = Field("green", description="colour of the leaves")
 
