@@ -8,6 +8,7 @@ from pydantic import Field
 from scipy.spatial import cKDTree
 
 from pipeline.errors import NotATreeError
+from pipeline.geometry.azimuth import STEM
 from pipeline.geometry.compiled import compiled
 from pipeline.geometry.voxels import ball_moments, first_in_cell
 from pipeline.model import PointCloud, Skeleton
@@ -77,16 +78,14 @@ def by_greedy(cloud: PointCloud, options: GreedyOptions) -> Skeleton:
     (Alpert et al. 1995, "Prim-Dijkstra tradeoffs").
     """
     points, spacing = _thinned(cloud.xyz)
-    ground = ground_under(cloud, points)
-    stem = find_stem(points, ground, options.range_noise_m)
-    stem = stem or guessed_stem(points, ground)
+    stem = stem_of(cloud, points, points, options.range_noise_m)
     free = points[~stem.claims(points)]
     nodes = _grown(_centred(free, spacing), stem, spacing, options)
     tree = _pruned(nodes, options.longest_link * spacing, options.link_points, len(stem.xyz))
     tree = _with_tips(tree, options.tip_beyond_m, AHEAD * spacing)
     skeleton = skeleton_of(tree, cloud, options.direction_window_m)
     known = {
-        **skeleton.metadata,
+        **{key: value for key, value in skeleton.metadata.items() if key != STEM},
         "flags": airborne_flags(cloud, stem, points),
         "stem_circles": stem.circles,
         "noise_m": options.range_noise_m,
@@ -119,6 +118,28 @@ def airborne_flags(cloud: PointCloud, stem: Stem, points: Floats) -> tuple[str, 
     foot = stem.xyz[0, 2]
     unseen = lowest - foot > HANGING * (points[:, 2].max() - foot)
     return tuple(sorted({*cloud.metadata.get("flags", ()), *(("no_trunk",) if unseen else ())}))
+
+
+def stem_of(cloud: PointCloud, bark: Floats, points: Floats, noise_m: float) -> Stem:
+    """Return the stem: straight where foot and top are known, else by its bark, else a guess.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        Its metadata may hold `STEM`.
+    bark : (Q, 3) array
+        The points that circles are laid through, metres.
+    points : (P, 3) array
+        The points of the whole tree, metres.
+    noise_m : float
+        What to expect of the points' noise, metres.
+    """
+    if STEM not in cloud.metadata:
+        found = find_stem(bark, ground_under(cloud, bark), noise_m)
+        return found or guessed_stem(points, ground_under(cloud, points))
+    foot, top = cloud.metadata[STEM]
+    count = max(int(np.ceil(float(np.linalg.norm(top - foot)) / STEP_M)), 1)
+    return Stem(np.linspace(foot, top, count + 1), np.zeros(count + 1), 0.0, ())
 
 
 def guessed_stem(points: Floats, ground: float) -> Stem:

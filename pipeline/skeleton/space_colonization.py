@@ -10,14 +10,15 @@ from pydantic import Field, model_validator
 from scipy.spatial import cKDTree
 
 from pipeline.errors import NotATreeError
+from pipeline.geometry.azimuth import STEM
 from pipeline.geometry.colonization import Colony, Rules, colonize
 from pipeline.geometry.voxels import cell_means
 from pipeline.model import PointCloud, Skeleton
 from pipeline.options import Options
-from pipeline.skeleton.greedy import airborne_flags, ground_under, guessed_stem
+from pipeline.skeleton.greedy import airborne_flags, stem_of
 from pipeline.skeleton.rooted import LEAST_THICKNESS_M, Rooted, skeleton_of
 from pipeline.skeleton.simplification import simplify
-from pipeline.skeleton.stem import Stem, find_stem
+from pipeline.skeleton.stem import Stem
 
 Floats = NDArray[np.float64]
 
@@ -87,14 +88,13 @@ def by_space_colonization(cloud: PointCloud, options: SpaceColonizationOptions) 
     attraction points are those of a scan, and the influence distance widens where they lie apart.
     """
     points, spacing = _gathered(cloud.xyz, options.colony_spacing_m)
-    stem = find_stem(cloud.xyz, ground_under(cloud, cloud.xyz), options.range_noise_m)
-    stem = stem or guessed_stem(points, ground_under(cloud, points))
+    stem = stem_of(cloud, cloud.xyz, points, options.range_noise_m)
     colony = _grown(points[~stem.claims(points)], stem, spacing, options)
     tree = simplify(_rooted(colony, len(stem.xyz)), share=0.0, floor_m=0.2 * spacing)
     skeleton = skeleton_of(tree, cloud, max(options.direction_window_m, 2.0 * spacing))
     unused = float(colony.left.mean()) if len(colony.left) else 0.0
     known = {
-        **skeleton.metadata,
+        **{key: value for key, value in skeleton.metadata.items() if key != STEM},
         "flags": airborne_flags(cloud, stem, points),
         "stem_circles": stem.circles,
         "noise_m": options.range_noise_m,

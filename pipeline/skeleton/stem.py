@@ -37,6 +37,7 @@ SURE_M = 2.0  # length over which the lowest direction is taken, and down which 
 ERROR = 1.3  # a radius' standard error in noises over the root of its points; the centre is unknown too
 OUT_OF_ROUND = 0.02  # share of the radius that even a perfect scan leaves open
 MICROMETRE = 6
+TINY = 1e-9  # square metres by which rounding might mistake a place for another
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,12 +177,14 @@ def _nearest_on(xyz: Floats, line: Floats) -> tuple[Ints, Floats, Floats]:
     """Segment of the polyline nearest to every point, share along it, distance."""
     at = np.zeros(len(xyz), dtype=np.int64)
     share, away = np.zeros(len(xyz)), np.full(len(xyz), np.inf)
-    for i in range(len(xyz)):
-        for s in range(len(line) - 1):
-            along = line[s + 1] - line[s]
-            off = xyz[i] - line[s]
-            t = min(max((off * along).sum() / max((along * along).sum(), 1e-12), 0.0), 1.0)
-            d = np.sqrt(((off - t * along) ** 2).sum())
+    for s in range(len(line) - 1):
+        ax, ay, az = line[s + 1, 0] - line[s, 0], line[s + 1, 1] - line[s, 1], line[s + 1, 2] - line[s, 2]
+        square = max(ax * ax + ay * ay + az * az, 1e-12)
+        for i in range(len(xyz)):
+            x, y, z = xyz[i, 0] - line[s, 0], xyz[i, 1] - line[s, 1], xyz[i, 2] - line[s, 2]
+            t = min(max((x * ax + y * ay + z * az) / square, 0.0), 1.0)
+            x, y, z = x - t * ax, y - t * ay, z - t * az
+            d = np.sqrt(x * x + y * y + z * z)
             if d < away[i]:
                 at[i], share[i], away[i] = s, t, d
     return at, share, away
@@ -191,15 +194,17 @@ def _nearest_on(xyz: Floats, line: Floats) -> tuple[Ints, Floats, Floats]:
 def _first_circle(slab: Floats, chosen: Floats, noise: float, widest: float) -> Circle:
     """Vote among all circles through three points; radius 0 where none has bark enough."""
     best = (0.0, 0.0, 0.0, 0.0)
+    beside, reach = 4.0 * widest**2, (2.0 * widest + 2.0 * INLIER * noise) ** 2
     for i in range(len(chosen)):
-        for j in range(i + 1, len(chosen)):
-            if (chosen[i, 0] - chosen[j, 0]) ** 2 + (chosen[i, 1] - chosen[j, 1]) ** 2 > 4.0 * widest**2:
-                continue
-            for k in range(j + 1, len(chosen)):
-                a, b, r = _through(chosen[i], chosen[j], chosen[k])
+        x, y, later = chosen[i, 0], chosen[i, 1], chosen[i + 1 :]
+        near = slab[(slab[:, 0] - x) ** 2 + (slab[:, 1] - y) ** 2 <= reach]  # no circle's points lie beyond
+        others = later[(later[:, 0] - x) ** 2 + (later[:, 1] - y) ** 2 <= beside]
+        for j in range(len(others)):
+            for k in range(j + 1, len(others)):
+                a, b, r = _through(chosen[i], others[j], others[k])
                 if r < 2.0 * THINNEST * noise or r > widest:
                     continue
-                score = _score(slab, (a, b, r), noise)
+                score = _score(near, (a, b, r), noise)
                 if score > best[3]:
                     best = (a, b, r, score)
     if best[3] > 0.0:
@@ -226,8 +231,16 @@ def _score(points: Floats, circle: tuple[float, float, float], noise: float) -> 
     """Bark on the circle, less what lies inside it; near misses count in part."""
     a, b, r = circle
     total, reach = 0.0, INLIER * noise
+    outside, inside = (r + reach) ** 2 + TINY, max(r - reach, 0.0) ** 2 - TINY
     for i in range(len(points)):
-        off = (np.sqrt((points[i, 0] - a) ** 2 + (points[i, 1] - b) ** 2) - r) / reach
+        x, y = points[i, 0] - a, points[i, 1] - b
+        square = x * x + y * y
+        if square > outside:
+            continue
+        if square < inside:
+            total -= 1.0
+            continue
+        off = (np.sqrt(square) - r) / reach
         if abs(off) < 1.0:
             total += (1.0 - off * off) ** 2
         elif off < 0.0:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.distance import cdist
 
+from pipeline.geometry.compiled import compiled
 from pipeline.skeleton.minimal.problem import Axes, Floats, Problem, System
 
 STEINER = 0.615  # least length of a Steiner tree in units of the minimum spanning tree, in any dimension
-TINY_M = 1e-12  # the spanning tree takes a length of nought for no edge
+TINY_M = 1e-12  # of a squared length that is divided by
 
 
 def spanning_bound(problem: Problem, reached: System) -> float:
@@ -54,6 +54,17 @@ def _off_roots(leaves: Floats, roots: Axes) -> Floats:
     return np.asarray(np.linalg.norm(off - share[..., None] * along, axis=2).min(axis=1))
 
 
+@compiled
 def _spanning(gap: Floats) -> float:
-    """Length of the minimum spanning tree of a matrix of distances."""
-    return float(minimum_spanning_tree(gap + TINY_M).sum())
+    """Length of the minimum spanning tree of a matrix of distances, by Prim's way."""
+    waiting, away, total = np.ones(len(gap), dtype=np.bool_), gap[0].copy(), 0.0
+    waiting[0] = False
+    for _ in range(1, len(gap)):
+        near, least = -1, np.inf
+        for i in range(len(gap)):
+            if waiting[i] and away[i] < least:
+                near, least = i, away[i]
+        waiting[near] = False
+        total += least
+        away = np.minimum(away, gap[near])
+    return total

@@ -8,13 +8,13 @@ from scipy.spatial import cKDTree
 from pipeline.geometry.voxels import cell_means
 from pipeline.skeleton.minimal.attaching import attach_all, attach_more
 from pipeline.skeleton.minimal.problem import Floats, Ints, Problem, System
-from pipeline.skeleton.minimal.search import improve
+from pipeline.skeleton.minimal.search import Budget, search
 
 CLUSTERS = 400  # at most
 WIDER = 1.15  # step of the cells' sides
 
 
-def by_clusters(problem: Problem, *, rounds: int, seed: int) -> System:
+def by_clusters(problem: Problem, budget: Budget) -> System:
     """Solve a large problem from coarse to fine.
 
     The leaves in the middle of grid cells make the scaffold, which the search shortens while it is
@@ -24,9 +24,8 @@ def by_clusters(problem: Problem, *, rounds: int, seed: int) -> System:
     Parameters
     ----------
     problem : Problem
-    rounds : int
-        Most bunches of the search; half of them go to the scaffold.
-    seed : int
+    budget : Budget
+        Of the search; half of its bunches go to the scaffold.
 
     Returns
     -------
@@ -35,11 +34,12 @@ def by_clusters(problem: Problem, *, rounds: int, seed: int) -> System:
     """
     middle = middles(problem.leaves)
     few = problem.part(middle, problem.roots)
-    scaffold = improve(attach_all(few), rounds=rounds // 2, seed=seed)
+    first, then = budget.halves()
+    scaffold = search(attach_all(few), first)
     system = attach_more(System.empty(problem).with_part(middle, middle[:0], scaffold))
     greedy = attach_all(problem)
     best = system if system.better_than(greedy) else greedy
-    return improve(best, rounds=rounds - rounds // 2, seed=seed)
+    return search(best, then)
 
 
 def middles(leaves: Floats) -> Ints:

@@ -60,6 +60,8 @@ def solve(histories: Histories, known: System, *, nodes: int = NODES) -> Answer:
     HiGHS: Huangfu & Hall (2018), "Parallelizing the dual revised simplex method", Mathematical
     Programming Computation 10, 119-142.
     """
+    if not len(known.problem):
+        return Answer(known, 0.0, True)
     program = _Program(histories, known)
     relaxed = linprog(
         program.cost,
@@ -76,7 +78,7 @@ def solve(histories: Histories, known: System, *, nodes: int = NODES) -> Answer:
         return Answer(known, known.total, True)
     if _is_whole(relaxed.x):
         return program.answer(relaxed.x, relaxed.fun, True)
-    useful = relaxed.lower.marginals <= program.known - relaxed.fun
+    useful = relaxed.lower.marginals <= program.known - relaxed.fun + SLACK_M
     useful[len(histories) :] = True
     done = milp(
         program.cost,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pipeline.geometry.compiled import compiled
 
 Floats = NDArray[np.float64]
+Way = tuple[float, float, float, float]  # unit direction and length, metres
 
 TOLERANCE_M = 1e-9  # of comparisons of lengths, so that rounding decides nothing
 
@@ -45,17 +46,54 @@ def branch_point(
     Beyer, Bayer, Pretzsch & Cournede (2017), "Reconstructing minimal length tree branch systems from
     leaf positions", Ecological Informatics 42, 61-66, section 2.1 and conditions (2) and (3).
     """
+    return branch_on(leaf, base, direction(base, tip), beyond, turn(insertion), np.inf)
+
+
+@compiled
+def direction(base: Floats, tip: Floats) -> Way:
+    """Unit direction of an axis, and its length; no direction and 0 where it has none."""
     x, y, z = tip[0] - base[0], tip[1] - base[1], tip[2] - base[2]
     size = np.sqrt(x * x + y * y + z * z)
     if size <= TOLERANCE_M:
+        return 0.0, 0.0, 0.0, 0.0
+    return x / size, y / size, z / size, size
+
+
+@compiled
+def turn(insertion: float) -> tuple[float, float]:
+    """Cosine and sine of an insertion angle."""
+    return np.cos(insertion), np.sin(insertion)
+
+
+@compiled
+def branch_on(
+    leaf: Floats, base: Floats, way: Way, beyond: float, turned: tuple[float, float], most: float
+) -> tuple[float, float]:
+    """Place a branch as `branch_point` does, with what all leaves share at hand.
+
+    Parameters
+    ----------
+    leaf, base : (3,) arrays
+    way : tuple
+        `direction` of the mother.
+    beyond : float
+    turned : tuple
+        `turn` of the insertion angle.
+    most : float
+        A branch that is not shorter is not wanted: its length is inf.
+    """
+    x, y, z, size = way
+    cosine, sine = turned
+    if size == 0.0:
         return 0.0, np.inf
-    x, y, z = x / size, y / size, z / size
     a, b, c = leaf[0] - base[0], leaf[1] - base[1], leaf[2] - base[2]
     t = a * x + b * y + c * z
     a, b, c = a - t * x, b - t * y, c - t * z
-    d = np.sqrt(a * a + b * b + c * c)
-    s = t - d * np.cos(insertion) / np.sin(insertion)
-    length = d / np.sin(insertion)
+    square = a * a + b * b + c * c
+    if square > (most * sine) ** 2:
+        return t, np.inf
+    d = np.sqrt(square)
+    s, length = t - d * cosine / sine, d / sine
     if s < -TOLERANCE_M or s > size + TOLERANCE_M or length > size - s + beyond + TOLERANCE_M:
         return s, np.inf
     return min(max(s, 0.0), size), length

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.geometry.compiled import compiled
-from pipeline.skeleton.minimal.geometry import branch_point, place_on
+from pipeline.skeleton.minimal.geometry import branch_on, direction, place_on, turn
 from pipeline.skeleton.minimal.problem import Floats, Ints, Mask, Problem, System
 
 
@@ -114,8 +114,8 @@ def _on_roots(
     count = 0
     for i in range(len(leaves)):
         for r in range(len(base)):
-            angle = insertion[min(order[r], len(insertion) - 1)]
-            s, c = branch_point(leaves[i], base[r], tip[r], beyond[r], angle)
+            turned = turn(insertion[min(order[r], len(insertion) - 1)])
+            s, c = branch_on(leaves[i], base[r], direction(base[r], tip[r]), beyond[r], turned, np.inf)
             if c < np.inf:
                 leaf[count], root[count], length[count] = i, r, c
                 start[count] = place_on(base[r], tip[r], s)
@@ -137,12 +137,13 @@ def _on_each_other(
     while begin < end:
         count = end
         for h in range(begin, end):
-            angle = insertion[min(order[h], len(insertion) - 1)]
+            turned = turn(insertion[min(order[h], len(insertion) - 1)])
+            way = direction(base[h], leaves[leaf[h]])
             _mark(h, leaf, above, taken, True)
             for i in range(len(leaves)):
                 if taken[i]:
                     continue
-                s, c = branch_point(leaves[i], base[h], leaves[leaf[h]], 0.0, angle)
+                s, c = branch_on(leaves[i], base[h], way, 0.0, turned, np.inf)
                 if c == np.inf:
                     continue
                 if count == most:

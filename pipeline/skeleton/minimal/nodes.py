@@ -7,6 +7,7 @@ import numpy as np
 from pipeline.skeleton.minimal.problem import FREE, Floats, Ints, Mask, System
 
 SAME_M = 0.001  # a branch that starts this near to a node of its mother starts there
+ROOM_M = 0.002  # so far from both ends of its mother a branch starts: it would be its sister otherwise
 
 
 def nodes_of(system: System, least_m: float = 0.0) -> tuple[Floats, Ints, Ints]:
@@ -40,11 +41,9 @@ def nodes_of(system: System, least_m: float = 0.0) -> tuple[Floats, Ints, Ints]:
         here = at if foot < 0 else foot
         from_, to = (roots.base[axis], roots.tip[axis]) if foot < 0 else _ends(system, axis - len(roots))
         starting = foot >= 0
-        along = sorted(
-            starts[axis], key=lambda leaf: (float(np.linalg.norm(system.base[leaf] - from_)), leaf)
-        )
-        for leaf in (*along, FREE):
-            place = to if leaf == FREE else system.base[leaf]
+        ends = (from_, to, axis >= len(roots), axis >= len(roots) - 1)
+        for s, leaf in [*sorted((_along(system.base[i], ends), i) for i in starts[axis]), (1.0, FREE)]:
+            place = to if leaf == FREE else from_ + s * (to - from_)
             if float(np.linalg.norm(place - xyz[here])) > SAME_M:
                 if not starting:
                     ahead[here] = len(xyz)
@@ -56,6 +55,15 @@ def nodes_of(system: System, least_m: float = 0.0) -> tuple[Floats, Ints, Ints]:
                 waiting.append((len(roots) + leaf, here))
         at = here if foot < 0 else at
     return np.array(xyz), np.array(parent, dtype=np.int64), np.array(ahead, dtype=np.int64)
+
+
+def _along(place: Floats, axis: tuple[Floats, Floats, bool, bool]) -> float:
+    """Where a branch starts, as a share of its mother, off those ends that are the mother's own."""
+    from_, to, begins, stops = axis
+    size = max(float(np.linalg.norm(to - from_)), SAME_M)
+    room = min(ROOM_M, size / 2)
+    s = float(np.linalg.norm(place - from_))
+    return min(max(s, room if begins else 0.0), size - room if stops else size) / size
 
 
 def _ends(system: System, leaf: int) -> tuple[Floats, Floats]:

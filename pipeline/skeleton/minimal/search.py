@@ -2,16 +2,56 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from pipeline.skeleton.minimal.exact import solve
 from pipeline.skeleton.minimal.histories import all_histories
 from pipeline.skeleton.minimal.problem import Ints, System
+from pipeline.skeleton.minimal.reattaching import reattach
 
 BUNCH = 25  # leaves that are freed together; more of them take HiGHS disproportionately longer
 CHOICES = 12  # places on branches that stay, for every freed leaf; 30 bring nothing more
 MOST = 20_000  # histories of a bunch
 NODES = 200  # of HiGHS' search tree for a bunch
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How long to search, in steps that do not depend on the machine.
+
+    Parameters
+    ----------
+    per_leaf : int
+        Rounds of the quick search for every leaf.
+    bunches : int
+        Bunches that integer programs solve after that.
+    seed : int
+        Of both.
+    """
+
+    per_leaf: int
+    bunches: int
+    seed: int = 0
+
+    def halves(self) -> tuple[Budget, Budget]:
+        """Split the bunches between a scaffold and the whole; the quick search goes with the leaves."""
+        half = self.bunches // 2
+        return Budget(self.per_leaf, half, self.seed), Budget(self.per_leaf, self.bunches - half, self.seed)
+
+
+def search(system: System, budget: Budget) -> System:
+    """Make a system shorter: quickly, then bunch by bunch as far as the budget goes.
+
+    Parameters
+    ----------
+    system : System
+        At the right angles alone.
+    budget : Budget
+    """
+    quick = reattach(system, rounds=budget.per_leaf * len(system.problem), seed=budget.seed)
+    return improve(quick, rounds=budget.bunches, seed=budget.seed)
 
 
 def improve(system: System, *, rounds: int, seed: int) -> System:

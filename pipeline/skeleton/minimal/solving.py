@@ -12,7 +12,7 @@ from pipeline.skeleton.minimal.clusters import by_clusters
 from pipeline.skeleton.minimal.exact import solve
 from pipeline.skeleton.minimal.histories import all_histories
 from pipeline.skeleton.minimal.problem import Problem, System
-from pipeline.skeleton.minimal.search import improve
+from pipeline.skeleton.minimal.search import Budget, search
 
 MANY = 500  # leaves beyond which a problem is solved from coarse to fine
 MOST_HISTORIES = 20_000  # of an integer program over all leaves; more of them take minutes
@@ -45,6 +45,15 @@ class Outcome:
         trunk = float(self.system.problem.roots.length.sum())
         return (trunk + self.strict.total) / (trunk + self.bound_m)
 
+    def __str__(self) -> str:
+        """Say in a line how long it is, beside the least that it can be."""
+        proven = "proven least" if self.proven else f"the least is {self.bound_m:.1f} m or more"
+        relaxed = int((self.system.off_angle != 0.0).sum())
+        return (
+            f"{len(self.system.problem)} leaves, {relaxed} at relaxed angles; "
+            f"{self.strict.total:.1f} m of branches, {proven}; length over bound {self.length_over_bound:.2f}"
+        )
+
     def as_plain(self) -> dict[str, float | int | bool]:
         """Figures for the metadata: numbers of leaves, and lengths in metres."""
         off = self.system.off_angle
@@ -61,23 +70,19 @@ class Outcome:
         }
 
 
-def shortest(problem: Problem, *, exact_leaves: int, rounds: int, seed: int) -> Outcome:
+def shortest(problem: Problem, budget: Budget, *, exact_leaves: int) -> Outcome:
     """Find a short branch system to all leaves, and the shortest where they are few.
 
     Parameters
     ----------
     problem : Problem
+    budget : Budget
+        Of the search.
     exact_leaves : int
         Most leaves for which the integer program over all histories is solved.
-    rounds : int
-        Most bunches of the search.
-    seed : int
-        Of the search.
     """
-    if len(problem) > MANY:
-        system = by_clusters(problem, rounds=rounds, seed=seed)
-    else:
-        system = improve(attach_all(problem), rounds=rounds, seed=seed)
+    many = len(problem) > MANY
+    system = by_clusters(problem, budget) if many else search(attach_all(problem), budget)
     bound, proven = spanning_bound(problem, system), False
     if len(problem) <= exact_leaves:
         histories = all_histories(problem, most=MOST_HISTORIES)
