@@ -11,6 +11,7 @@ from scipy.spatial import ConvexHull, QhullError
 from pipeline.cityjson.grid import Whole, merged, only_used, steps
 from pipeline.cityjson.options import CityjsonOptions
 from pipeline.mesh import Mesh, TubeOptions, tubes
+from pipeline.mesh.surface import axes_of, drawn
 from pipeline.model import Floats, TreeModel
 
 HULL_SHARE = 0.02
@@ -61,14 +62,17 @@ def draw(tree: TreeModel, options: CityjsonOptions, *, translate: Floats | None,
     -------
     Drawing
     """
-    mesh = tubes(tree, options=TubeOptions(max_deviation_m=options.max_deviation_m))
+    whole = "3" in options.lods
+    mesh = _bark(tree, options, whole=whole)
     if translate is None:
         low = mesh.vertices.min(axis=0) if len(mesh.vertices) else np.zeros(3)
         translate = np.floor(low + mesh.origin)
-    points = np.concatenate([mesh.vertices, tree.skeleton.xyz]) if lines else mesh.vertices
+    points = mesh.vertices if whole and not lines else np.concatenate([mesh.vertices, tree.skeleton.xyz])
     vertices, number = merged(steps(points, mesh.origin, translate, options.vertex_step_m))
     bark, node = number[: len(mesh.vertices)], number[len(mesh.vertices) :]
-    shells = _shells(tree, mesh, bark[mesh.faces], vertices[: bark.max(initial=-1) + 1], options)
+    # the hull is that of the bark, or of the nodes where most of the bark is not drawn
+    within = vertices[: (bark if whole else number).max(initial=-1) + 1]
+    shells = _shells(tree, mesh, bark[mesh.faces], within, options)
     axes = [node[path] for path in tree.skeleton.paths] if lines else []
     vertices, parts = only_used(vertices, [*(faces for _, _, faces in shells), *axes])
     named = [
@@ -76,6 +80,16 @@ def draw(tree: TreeModel, options: CityjsonOptions, *, translate: Floats | None,
     ]
     told = bool((np.diff(node) > 0).all())
     return Drawing(named, parts[len(shells) :], told, vertices, translate)
+
+
+def _bark(tree: TreeModel, options: CityjsonOptions, *, whole: bool) -> Mesh:
+    """Return the tubes of all branches, or of the main ones alone."""
+    how = TubeOptions(max_deviation_m=options.max_deviation_m)
+    if whole:
+        return tubes(tree, options=how)
+    main = main_branches(tree, options.main_share)
+    mesh, _ = drawn(axes_of(tree, how, main), tree.skeleton, how)
+    return mesh
 
 
 def _shells(

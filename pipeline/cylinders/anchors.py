@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.geometry.axes import Axes, resample
+from pipeline.geometry.axes import Axes, resample, stand
 from pipeline.geometry.compiled import compiled
 from pipeline.geometry.windows import Shared
 
@@ -75,13 +75,8 @@ def _rebuild(axes: Axes, xyz: Floats, foot: Ints, keep: NDArray[np.bool_], step_
     first = np.concatenate([[0], np.cumsum(count)])
     held = np.column_stack([xyz, axes.square])[keep]
     nodes, begin = resample(held, first, step_m)
-    parent = axes.parent_branch
     new = np.full(len(foot), -1, dtype=np.int64)
-    for b in range(1, len(foot)):
-        run = slice(int(begin[parent[b]]), int(begin[parent[b] + 1]))
-        gap = ((nodes[run, :3] - xyz[foot[b]]) ** 2).sum(axis=1)
-        new[b] = run.start + int(np.argmin(gap))
-        nodes[begin[b], :3] = nodes[new[b], :3]
+    stand(nodes, begin, (axes.parent_branch, xyz[np.maximum(foot, 0)]), new)
     return Axes(np.ascontiguousarray(nodes[:, :3]), begin, new, np.ascontiguousarray(nodes[:, 3]))
 
 
@@ -133,7 +128,8 @@ def _clearances(geometry: tuple[Floats, Floats], first: Ints, foot: Ints, branch
             low, high = _near(foot[b], (first[p], first[p + 1]), xyz, away + 0.1)
             out[i] = np.inf
             for j in range(low, high + 1):
-                out[i] = min(out[i], np.sqrt(((xyz[i] - xyz[j]) ** 2).sum()) - 1.25 * radius[j])
+                x, y, z = xyz[i, 0] - xyz[j, 0], xyz[i, 1] - xyz[j, 1], xyz[i, 2] - xyz[j, 2]
+                out[i] = min(out[i], np.sqrt(x * x + y * y + z * z) - 1.25 * radius[j])
 
 
 @compiled
@@ -154,20 +150,28 @@ def _near(i: int, run: tuple[int, int], xyz: Floats, reach: float) -> tuple[int,
     """Nodes of a run within `reach` along the axis of node `i`."""
     low, gone = i, 0.0
     while low > run[0] and gone < reach:
-        gone += np.sqrt(((xyz[low] - xyz[low - 1]) ** 2).sum())
+        gone += _step(xyz, low)
         low -= 1
     high, gone = i, 0.0
     while high < run[1] - 1 and gone < reach:
-        gone += np.sqrt(((xyz[high + 1] - xyz[high]) ** 2).sum())
+        gone += _step(xyz, high + 1)
         high += 1
     return low, high
 
 
 @compiled
+def _step(xyz: Floats, i: int) -> float:
+    """Length from the node before to node `i`."""
+    x, y, z = xyz[i, 0] - xyz[i - 1, 0], xyz[i, 1] - xyz[i - 1, 1], xyz[i, 2] - xyz[i - 1, 2]
+    return float(np.sqrt(x * x + y * y + z * z))
+
+
+@compiled
 def _inside(x: Floats, foot: int, run: tuple[int, int], xyz: Floats, radius: Floats) -> bool:
     low, high = _near(foot, run, xyz, 4.0 * radius[foot] + 0.1)
-    for j in range(low, high + 1):  # noqa: SIM110 (a generator does not compile)
-        if ((x - xyz[j]) ** 2).sum() < (INSIDE * radius[j]) ** 2:
+    for j in range(low, high + 1):
+        a, b, c = x[0] - xyz[j, 0], x[1] - xyz[j, 1], x[2] - xyz[j, 2]
+        if a * a + b * b + c * c < (INSIDE * radius[j]) ** 2:
             return True
     return False
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.geometry.axes import Axes
+from pipeline.geometry.compiled import compiled
 from pipeline.geometry.noise import ROBUST
 from pipeline.geometry.polyline import douglas_peucker
 from pipeline.geometry.windows import Shared
@@ -59,13 +59,28 @@ def chosen_nodes(axes: Axes, tolerance: Tolerance, least: Floats, always: Ints) 
     width = np.maximum(np.minimum(tolerance.radius_share * radius, tolerance.radius_cap_m), FINER * least)
     keep = np.zeros(len(axes.xyz), dtype=bool)
     keep[axes.foot[1:]] = keep[always] = keep[axes.first[:-1]] = keep[axes.first[1:] - 1] = True
-    for b in range(len(axes.foot)):
-        low, high = int(axes.first[b]), int(axes.first[b + 1])
-        for a, z in pairwise(np.flatnonzero(keep[low:high]) + low):
-            run = slice(int(a), int(z) + 1)
-            unit = np.cumsum(np.concatenate([[0.0], np.diff(radius[run]) / width[run][1:]]))
-            keep[run] |= douglas_peucker(np.column_stack([axes.xyz[run], unit]), place[run])
+    _keep_more(axes.xyz, axes.first, (radius, width, place), keep)
     return np.flatnonzero(keep)
+
+
+@compiled
+def _keep_more(
+    xyz: Floats, first: Ints, told: tuple[Floats, Floats, Floats], keep: NDArray[np.bool_]
+) -> None:
+    """Add the nodes that Douglas-Peucker keeps between two kept ones of a branch."""
+    radius, width, place = told
+    for b in range(len(first) - 1):
+        fixed = np.flatnonzero(keep[first[b] : first[b + 1]]) + first[b]
+        for k in range(len(fixed) - 1):
+            low, high = fixed[k], fixed[k + 1] + 1
+            values = np.empty((high - low, 4))
+            values[:, :3] = xyz[low:high]
+            values[0, 3] = 0.0
+            for i in range(1, high - low):
+                values[i, 3] = values[i - 1, 3] + (radius[low + i] - radius[low + i - 1]) / width[low + i]
+            chosen = douglas_peucker(values, place[low:high])
+            for i in range(high - low):
+                keep[low + i] |= chosen[i]
 
 
 def looseness(axes: Axes, shared: Shared, noise: float) -> Floats:
@@ -81,12 +96,22 @@ def looseness(axes: Axes, shared: Shared, noise: float) -> Floats:
     """
     away = np.abs(shared.away)
     count = np.diff(shared.first)
-    runs = zip(shared.first[:-1], shared.first[1:], strict=True)
-    own = np.array([np.median(away[low:high]) if high > low else 0.0 for low, high in runs])
+    own = _medians(away, shared.first)
     # a branch of few points fits them too well: the tree speaks for it as so many points
     scatter = (count * own + SPEAKS_FOR * np.median(away)) / (count + SPEAKS_FOR)
     excess = (ROBUST * scatter) ** 2 - (THIN_SCATTER * noise) ** 2
     return np.asarray(np.sqrt(np.maximum(excess, 0.0))[axes.branch])
+
+
+@compiled
+def _medians(values: Floats, first: Ints) -> Floats:
+    """Median of every run, 0 where it is empty."""
+    out = np.zeros(len(first) - 1)
+    for b in range(len(out)):
+        run = np.sort(values[first[b] : first[b + 1]])
+        if len(run):
+            out[b] = (run[(len(run) - 1) // 2] + run[len(run) // 2]) / 2.0
+    return out
 
 
 def assemble(axes: Axes, nodes: Ints) -> tuple[Ints, Ints]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.cylinders.allometry import LOG_ERROR
+from pipeline.cylinders.allometry import WITHIN_90, allometric_interval
 from pipeline.cylinders.measured import Measured
 from pipeline.cylinders.radii import GUESS
 from pipeline.geometry.axes import Axes
@@ -27,7 +27,6 @@ LEAST_POINTS = 12
 STRANGE = 0.4  # a slice whose radius differs from the stem's by this share is something else
 LEAST_TRUST = 0.05
 BESIDE = 0.15  # least standard error, as a share, of a diameter that is measured beside breast height only
-WITHIN_90 = 1.645
 # Trunks are not round: a share of the diameter that even a perfect scan leaves open.
 OUT_OF_ROUND = 0.004
 
@@ -164,7 +163,6 @@ def _slice(points: Floats, centre: Floats, way: Floats, radius: float, noise: fl
 def _interval(radius: float, error: float, source: int) -> tuple[float, float]:
     """90 % interval of the diameter; on a logarithmic scale where only allometry knows it."""
     if source == ALLOMETRIC:
-        factor = float(np.exp(WITHIN_90 * LOG_ERROR))
-        return 2 * radius / factor, 2 * radius * factor
+        return allometric_interval(2 * radius)
     error = max(error, GUESS * radius if source == PROPAGATED else 0.0)
     return 2 * max(radius - WITHIN_90 * error, 0.0), 2 * (radius + WITHIN_90 * error)

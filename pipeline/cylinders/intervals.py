@@ -36,7 +36,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.cylinders.allometry import LOG_ERROR
+from pipeline.cylinders.allometry import LOG_ERROR, WITHIN_90
 from pipeline.cylinders.measured import Measured
 from pipeline.cylinders.radii import carried_length
 from pipeline.geometry.axes import Axes
@@ -63,7 +63,7 @@ BRANCHES = 0.22  # of the standard error of shown radii: windows of a branch are
 NOISE = Sides(0.35, 0.03)  # of the volume that the noise would make by itself
 UNSHOWN = Sides(0.26, 0.18)  # relative error of wood that is not shown, common to all of it
 DISPUTED = Sides(0.5, 0.2)  # how far beyond the two witnesses, as a share, where they disagree entirely
-ALLOMETRY = 1.645 * 2.0 * LOG_ERROR  # a volume goes with the diameter's square
+ALLOMETRY = WITHIN_90 * 2.0 * LOG_ERROR  # a volume goes with the diameter's square
 
 # Logarithms of the length.
 KEPT = 0.003  # wood that is false, at least

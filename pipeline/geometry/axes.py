@@ -120,12 +120,8 @@ def axes_of_paths(xyz: Floats, parent: Ints, order: Ints, square: Floats, step_m
     branch = np.empty(len(order), dtype=np.int64)
     branch[order] = np.repeat(np.arange(len(runs)), [len(r) for r in runs])
     foot = np.full(len(runs), -1, dtype=np.int64)
-    for number in range(1, len(runs)):
-        at = parent[runs[number][0]]
-        run = slice(int(begin[branch[at]]), int(begin[branch[at] + 1]))
-        gap = ((dense[run, :3] - xyz[at]) ** 2).sum(axis=1)
-        foot[number] = run.start + int(np.argmin(gap))
-        dense[begin[number], :3] = dense[foot[number], :3]
+    feet = np.array([0, *(parent[r[0]] for r in runs[1:])], dtype=np.int64)
+    stand(dense, begin, (branch[feet], np.ascontiguousarray(xyz[feet])), foot)
     return Axes(np.ascontiguousarray(dense[:, :3]), begin, foot, np.ascontiguousarray(dense[:, 3]))
 
 
@@ -153,6 +149,32 @@ def resample(xyz: Floats, first: Ints, step_m: float) -> tuple[Floats, Ints]:
     count = np.maximum(np.ceil(total / step_m).astype(np.int64), 2) + 1
     begin = np.concatenate([[0], np.cumsum(count)])
     return _resample(xyz, step, first, begin), begin
+
+
+@compiled
+def stand(dense: Floats, begin: Ints, feet: tuple[Ints, Floats], out: Ints) -> None:
+    """Let every branch but the first start at the node of another that is nearest to its foot.
+
+    Parameters
+    ----------
+    dense : (M, D) array
+        Nodes of all branches; the first of each moves.
+    begin : (B + 1,) array of int
+        Where the nodes of each branch begin, and the end of the last.
+    feet : tuple of (B,) array of int and (B, 3) array
+        The branch that each stands on, and where.
+    out : (B,) array of int
+        Takes the node that each stands on.
+    """
+    branch, place = feet
+    for b in range(1, len(begin) - 1):
+        best, low = np.inf, begin[branch[b]]
+        for i in range(low, begin[branch[b] + 1]):
+            x, y, z = dense[i, 0] - place[b, 0], dense[i, 1] - place[b, 1], dense[i, 2] - place[b, 2]
+            gap = x * x + y * y + z * z
+            if gap < best:
+                best, out[b] = gap, i
+        dense[begin[b], :3] = dense[out[b], :3]
 
 
 @compiled

@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 
 FRAME = "frame"
 """Key of the metadata that holds a cleaned cloud's frame: its azimuth (radians), and x and y (metres)."""
+STEM = "stem"
+"""Key of the metadata that holds a stem which is known beforehand: its foot and its top, metres."""
 DECIMALS = 5  # of coordinates in the frame: 0.01 mm
 STORED = 7  # of the same points where the cloud was: enough to find them in the frame again
 MICROMETRE = 6  # decimals that a tree's nodes are kept to, so that a file gives back the same numbers
@@ -103,7 +105,10 @@ class Frame:
         """The cloud in this frame, in the frame's own order."""
         xyz = self.turn(cloud.xyz)
         order = self.order(xyz)
-        return PointCloud(xyz[order], cloud.origin, cloud.crs, {}, cloud.metadata)
+        known = dict(cloud.metadata)
+        if STEM in known:
+            known[STEM] = self.turn(np.array(known[STEM], dtype=np.float64))
+        return PointCloud(xyz[order], cloud.origin, cloud.crs, {}, known)
 
     def skeleton(self, skeleton: Skeleton, origin: Floats) -> Skeleton:
         """The skeleton in the frame of a cloud with this `origin`."""
