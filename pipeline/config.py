@@ -16,6 +16,9 @@ from typing import Any
 from pydantic import Field, ValidationError
 from pydantic.fields import FieldInfo
 
+from pipeline.airborne.grid import GridOptions
+from pipeline.airborne.modelling import ModelOptions
+from pipeline.airborne.segmentation import SegmentationOptions
 from pipeline.cityjson import CityjsonOptions
 from pipeline.cloud import CleanOptions
 from pipeline.cylinders import CylinderOptions
@@ -41,6 +44,11 @@ class Config(Options):
     cityjson: CityjsonOptions = Field(CityjsonOptions(), description="how the .city.json is written")
     mesh: MeshOptions = Field(MeshOptions(), description="how surfaces are drawn: .mesh.ply, .obj, .glb")
     picture: PictureOptions = Field(PictureOptions(), description="how the .png is drawn")
+    airborne: SegmentationOptions = Field(
+        SegmentationOptions(), description="which airborne points are vegetation, and whose"
+    )
+    airborne_models: ModelOptions = Field(ModelOptions(), description="models of trees seen from the air")
+    batch: GridOptions = Field(GridOptions(), description="how airborne tiles are cut into cells")
 
     @property
     def config_hash(self) -> str:

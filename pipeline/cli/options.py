@@ -43,18 +43,27 @@ def lsystem_output(function: Command) -> Command:
     return output("an .ls.json or .ls.json.zst file")(function)
 
 
-def settings(function: Command) -> Command:
-    """Add --config, --preset and --set; the function gets a Config as `config`."""
+def settings(function: Command, *, preset: str | None = None) -> Command:
+    """Add --config, --preset and --set; the function gets a Config as `config`.
+
+    Parameters
+    ----------
+    function : callable
+    preset : str, optional
+        The one that is taken where none is named.
+    """
+    usual = preset
 
     @functools.wraps(function)
     def with_config(
         *args: Any, config: Path | None, preset: str | None, setting: Sequence[str], **rest: Any
     ) -> Any:
-        return function(*args, config=_config(config, preset, setting), **rest)
+        return function(*args, config=_config(config, preset or usual, setting), **rest)
 
+    told = "Settings that ship with treepipe; below --config."
     options = (
         click.option("--config", type=FILE, metavar="F", help="TOML file of settings."),
-        click.option("--preset", metavar="NAME", help="Settings that ship with treepipe; below --config."),
+        click.option("--preset", metavar="NAME", help=told + (f" Default: {usual}." if usual else "")),
         click.option("--set", "setting", multiple=True, metavar="KEY=VALUE", help="One setting; above all."),
     )
     return cast("Command", _all(options, with_config))

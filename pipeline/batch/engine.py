@@ -1,0 +1,93 @@
+"""One Dask task per cell, never per tree: a run from its plan to its summary.
+
+Every decision (done, split, quarantined) is a file before it is counted, so that a driver that is
+killed goes on where it was.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pipeline.batch import folder
+from pipeline.batch.cluster import cluster
+from pipeline.batch.dispatch import Dispatch
+from pipeline.batch.plan import Plan
+from pipeline.batch.progress import Progress
+from pipeline.batch.tasks import Job
+from pipeline.output import write_text
+
+
+def run_batch(
+    plan: Plan,
+    job: Job,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    memory_gb: float | None = None,
+    watch: Callable[[Progress], None] | None = None,
+) -> dict[str, Any]:
+    """Do all cells of a plan that are not done yet.
+
+    Parameters
+    ----------
+    plan : Plan
+    job : Job
+        Where to, and the function that does one cell.
+    workers : int
+        Processes of a cluster of our own.
+    scheduler : str, optional
+        ``tcp://HOST:PORT`` of a cluster that is there.
+    memory_gb : float, optional
+        What each worker of our own may use.
+    watch : callable, optional
+        Called with the progress at least once a second.
+
+    Returns
+    -------
+    dict
+        What summary.json says.
+
+    Raises
+    ------
+    UsageError
+        If the folder holds results of other settings or tiles.
+    OutputError
+        If it cannot be written, or another run works in it.
+    ClusterLostError
+        If the scheduler or all workers are gone.
+    """
+    with folder.locked(job.out):
+        folder.claim(job.out, plan)
+        folder.sweep(job.out)
+        run = Dispatch(plan, job, watch or (lambda _: None))
+        try:
+            if run.open:
+                most = max(4, sum(map(len, run.open.values())))
+                with cluster(min(workers, most), scheduler, memory_gb, allowed_failures=job.attempts) as (
+                    client,
+                    link,
+                ):
+                    run.progress.dashboard = link
+                    run.work_through(client)
+        finally:
+            folder.sweep(job.out)
+        if not run.progress.quarantined and plan.only is None:
+            shutil.rmtree(job.points, ignore_errors=True)
+        return _summary(job.out, run.progress, plan.failures)
+
+
+def write_nothing(out: Path, failures: Mapping[str, str]) -> None:
+    """Write the summary of a run whose tiles all failed, unless there are results."""
+    if not (out / "summary.json").exists():
+        _summary(out, Progress(), failures)
+
+
+def _summary(out: Path, progress: Progress, failures: Mapping[str, str]) -> dict[str, Any]:
+    failed = [{"path": path, "error": error} for path, error in failures.items()]
+    summary = progress.summary() | {"failed": failed}
+    write_text(out / "summary.json", json.dumps(summary, indent=2, ensure_ascii=False) + "\n")
+    return summary
