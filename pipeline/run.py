@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,8 @@ from pipeline.cloud import clean
 from pipeline.config import Config
 from pipeline.cylinders import fit
 from pipeline.exchange import DEFAULT_FORMATS, FORMATS
+from pipeline.growth import Event, GrowthOptions, Shade
+from pipeline.growth.carrying import Carrying, through
 from pipeline.lsystem import max_error, read_lsjson
 from pipeline.model import PointCloud, TreeModel
 from pipeline.output import write_text
@@ -53,6 +55,47 @@ def reconstruct(
     cloud = store.remember("clean", clean, cloud, ground, options=config.clean)
     skeleton = store.remember("skeleton", extract, cloud, options=config.skeleton)
     return store.remember("fit", fit, cloud, skeleton, options=config.cylinders)
+
+
+def grow_on(
+    tree: TreeModel,
+    options: GrowthOptions,
+    years: int,
+    *,
+    seed: int = 0,
+    events: Iterable[Event] = (),
+    shade: Shade | None = None,
+) -> TreeModel:
+    """Let a reconstructed tree grow for some years: into metamers, through the years, and back.
+
+    Parameters
+    ----------
+    tree : TreeModel
+    options : GrowthOptions
+    years : int
+    seed : int
+        The same seed gives the same tree.
+    events : iterable of Event
+        What is done to it, each after the growth of its year.
+    shade : Shade, optional
+        Neighbours and buildings, relative to the tree's origin.
+
+    Returns
+    -------
+    TreeModel
+        What stood stays where it was; see `pipeline.growth.carried`.
+
+    Raises
+    ------
+    ModelError
+        If the tree has no radii.
+    UsageError
+        If the years are out of range, or the tree would have too many metamers.
+    """
+    growth = Carrying(tree, options, seed=seed, shade=shade)
+    for _ in through(growth, years, events):
+        pass
+    return growth.to_model()
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,153 @@
+"""Options that commands share which let trees grow: the parameters, each source above the one before."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import tomllib
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import click
+
+from pipeline.cli import options
+from pipeline.cli.logs import LOGGER
+from pipeline.errors import InputFormatError, InputMissingError, UsageError
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
+
+    from pipeline.growth import Event, GrowthOptions
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+seed = click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Another one, another tree.",
+)
+events = click.option(
+    "--events", type=options.FILE, metavar="EVENTS.toml", help="What is done to the tree in which year."
+)
+
+species = click.option("--species", metavar="NAME", help="A set of parameters that comes with treepipe.")
+
+
+def parameters(function: Command) -> Command:
+    """Add --species, --params and --set; the function gets GrowthOptions as `how`, and the `species`."""
+
+    @functools.wraps(function)
+    def with_parameters(*args: Any, params: Path | None, setting: Sequence[str], **rest: Any) -> Any:
+        return function(*args, how=growth_options(rest["species"], params, setting), **rest)
+
+    for option in (
+        click.option(
+            "--set", "setting", multiple=True, metavar="KEY=VALUE", help="One parameter; above all."
+        ),
+        click.option(
+            "--params", type=options.FILE, metavar="F", help="TOML file of parameters, as of `calibrate`."
+        ),
+        species,
+    ):
+        with_parameters = option(with_parameters)
+    return cast("Command", with_parameters)
+
+
+def growth_options(
+    species: str | None, params: Path | None, settings: Sequence[str], **more: str | None
+) -> GrowthOptions:
+    """Gather parameters: the defaults, a species, a file, named options, single settings.
+
+    Raises
+    ------
+    UsageError
+        If a species or key is unknown or a value out of range.
+    InputMissingError, InputFormatError
+        If the file cannot be read.
+    """
+    from pydantic import ValidationError
+
+    from pipeline.growth import GrowthOptions
+    from pipeline.growth.species import species_named
+
+    values: dict[str, Any] = dict(species_named(species)) if species is not None else {}
+    values |= _file(params) if params is not None else {}
+    values |= {key: value for key, value in more.items() if value is not None}
+    for text in settings:
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not key:
+            msg = f"--set {text}: is not KEY=VALUE; write for example --set alpha=2.4"
+            raise UsageError(msg)
+        values[key] = _value(value)
+    try:
+        return GrowthOptions.model_validate(values)
+    except ValidationError as error:
+        raise UsageError(_explained(error, params)) from None
+
+
+def read_events(path: Path | None) -> tuple[Event, ...]:
+    """Return the events of a file; none without one."""
+    if path is None:
+        return ()
+    if not path.is_file():
+        msg = f"{path}: there is no such file; check the name given to --events"
+        raise InputMissingError(msg)
+    reader = import_module("pipeline.growth.events")  # late: not needed by most commands
+    return tuple(reader.read_events(path))
+
+
+def tell_of_poles(function: Command) -> Command:
+    """Say on stderr where parameters may grow a pole, as a warning of a command."""
+
+    @functools.wraps(function)
+    def with_warnings(*args: Any, **given: Any) -> Any:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            result = function(*args, **given)
+        for text in dict.fromkeys(str(warning.message) for warning in caught):
+            LOGGER.warning("%s", text)
+        return result
+
+    return cast("Command", with_warnings)
+
+
+def _file(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        msg = f"{path}: there is no such file; check the name given to --params"
+        raise InputMissingError(msg) from error
+    except (OSError, ValueError) as error:  # TOMLDecodeError and UnicodeDecodeError are ValueErrors
+        msg = f"{path}: is not TOML ({error}); `treepipe calibrate` writes such files"
+        raise InputFormatError(msg) from error
+
+
+def _value(text: str) -> Any:
+    """Read a value as TOML does; what is no TOML value is a text."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _explained(error: ValidationError, params: Path | None) -> str:
+    """Say in one sentence what is wrong with the first key, and what would be right."""
+    from pipeline.growth import GrowthOptions
+    from pipeline.toml import allowed
+
+    first: Mapping[str, Any] = error.errors(include_url=False)[0]
+    key = str(first["loc"][0]) if first["loc"] else ""
+    fields = GrowthOptions.model_fields
+    if key in fields:
+        field = fields[key]
+        return f"{key} = {first['input']!r} is not allowed; give {allowed(field)}: {field.description}"
+    near = difflib.get_close_matches(key, fields, n=1)
+    meant = f", do you mean {near[0]}?" if near else ";"
+    where = f" (--set or {params})" if params else ""
+    return f"unknown parameter of growth {key}{meant} known: {', '.join(fields)}{where}"

@@ -1,0 +1,48 @@
+"""Trees that organise themselves: buds compete for light, and what it brings decides which of them grow.
+
+| file | what |
+|---|---|
+| `options` | all parameters |
+| `state` | the metamers: a piece of stem with two buds each |
+| `simulation` | a year's growth, cuts, supports, the log |
+| `light`, `pyramid` | light by shadow: a grid of voxels that wood above darkens |
+| `markers` | light by space: markers claimed by the nearest bud |
+| `lattice` | the grid of both |
+| `sight` | what either tells of every bud |
+| `shade` | neighbours and buildings |
+| `allocation` | gathering light, sharing resource |
+| `shoots`, `bound`, `chance` | which buds grow, where to, within what, and their chances |
+| `shedding`, `widths` | branches that die, wood that thickens |
+"""
+
+from pipeline.growth.options import GrowthOptions, bare_pole
+from pipeline.growth.shade import Shade
+from pipeline.growth.simulation import (
+    BarePoleWarning,
+    Entry,
+    Event,
+    Growth,
+    Removal,
+    Support,
+    YearReport,
+    grow,
+)
+from pipeline.growth.state import DAMAGED, DORMANT, GROWN, Metamers
+
+__all__ = [
+    "DAMAGED",
+    "DORMANT",
+    "GROWN",
+    "BarePoleWarning",
+    "Entry",
+    "Event",
+    "Growth",
+    "GrowthOptions",
+    "Metamers",
+    "Removal",
+    "Shade",
+    "Support",
+    "YearReport",
+    "bare_pole",
+    "grow",
+]
