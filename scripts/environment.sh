@@ -17,6 +17,19 @@ python() {
     return 1
 }
 
+# as_root COMMAND...: runs it as root, where that is possible without a question.
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo -n "$@"; fi
+}
+
+# debian PACKAGE...: installs packages of the system, where there is apt and root allows it.
+debian() {
+    [ "$(uname)" = Linux ] && command -v apt-get >/dev/null && as_root true 2>/dev/null || return 1
+    say "Installing $*"
+    as_root apt-get update -q >&2
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -qy --no-install-recommends "$@" >&2
+}
+
 # Pictures are drawn with libGL and libEGL, open3d (extra all) needs libusb; without them everything else works.
 libraries() {
     local library packages=() wanted=(libGL.so.1:libgl1 libEGL.so.1:libegl1)
@@ -24,15 +37,17 @@ libraries() {
     for library in "${wanted[@]}"; do
         if ! ldconfig -p 2>/dev/null | grep -q "${library%%:*}"; then packages+=("${library##*:}"); fi
     done
-    if [ "$(uname)" != Linux ] || [ ${#packages[@]} -eq 0 ]; then return; fi
-    local as_root=()
-    if [ "$(id -u)" -ne 0 ]; then as_root=(sudo -n); fi
-    if command -v apt-get >/dev/null && { [ "$(id -u)" -eq 0 ] || sudo -n true 2>/dev/null; }; then
-        say "Installing ${packages[*]} (for pictures and open3d)"
-        if "${as_root[@]}" apt-get update -q >&2 &&
-            "${as_root[@]}" apt-get install -qy --no-install-recommends "${packages[@]}" >&2; then return; fi
-    fi
+    if [ "$(uname)" != Linux ] || [ ${#packages[@]} -eq 0 ] || debian "${packages[@]}"; then return; fi
     say "There will be no pictures, or no open3d: run  sudo apt-get install ${packages[*]}"
+}
+
+# Some tests open pages in a browser or load a database of their own; they are skipped where these are absent.
+servers() {
+    local packages=()
+    if ! command -v chromium >/dev/null; then packages+=(chromium); fi
+    if ! ls /usr/share/postgresql/*/extension/postgis.control >/dev/null 2>&1; then packages+=(postgresql postgis postgresql-postgis); fi
+    if [ ${#packages[@]} -eq 0 ] || debian "${packages[@]}"; then return; fi
+    say "Tests that need ${packages[*]} are skipped"
 }
 
 # prepare EXTRA: installs treepipe with that extra ("" for none), unless it has been done before.
@@ -50,5 +65,6 @@ prepare() {
     say "Installing treepipe${extra:+ with the extra $extra} into .venv"
     .venv/bin/python -m pip install --quiet --disable-pip-version-check -e ".${extra:+[$extra]}" >&2
     libraries "$extra"
+    if [ "$extra" = all ]; then servers; fi
     printf '%s\n' "$wanted" >"$stamp"
 }
