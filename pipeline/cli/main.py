@@ -24,12 +24,17 @@ COMMANDS = {
     "convert": "Turn a model into another format.",
     "generalise": "Shorten an L-system: tips become averages.",
     "grow": "Let an L-system grow for some years.",
+    "simulate": "Let a tree grow through the years.",
+    "prune": "Prune a tree: one operation.",
+    "calibrate": "Fit growth to what two acquisitions show.",
     "expand": "Print the L-string of an L-system.",
     "info": "Tell what a file holds.",
     "validate": "Check a CityJSON or LsJSON file.",
     "synth": "Grow trees whose truth is known, and scan them.",
     "compare": "Tell how far a model is from another, from its points or from the truth.",
     "regress": "Keep references, and check today's output against them.",
+    "batch": "Model every tree of airborne tiles.",
+    "studio": "Model a tree in the browser.",
     "config": "Show the settings.",
 }
 """Subcommands by name, with what `treepipe --help` says of them; the code is in the file of that name."""

@@ -6,7 +6,7 @@
 | `state` | the metamers: a piece of stem with two buds each |
 | `simulation` | a year's growth, cuts, supports, the log |
 | `light`, `pyramid` | light by shadow: a grid of voxels that wood above darkens |
-| `markers` | light by space: markers claimed by the nearest bud |
+| `markers`, `jitter`, `claims` | light by space: markers claimed by the nearest bud |
 | `lattice` | the grid of both |
 | `sight` | what either tells of every bud |
 | `shade` | neighbours and buildings |

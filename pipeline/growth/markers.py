@@ -7,6 +7,8 @@ import numpy as np
 from pipeline.geometry.compiled import compiled
 from pipeline.growth.bound import KINDS, Limits, is_within
 from pipeline.growth.chance import scramble
+from pipeline.growth.claims import claim
+from pipeline.growth.jitter import Grid, marker
 from pipeline.growth.lattice import Lattice, Voxels
 from pipeline.growth.options import GrowthOptions
 from pipeline.growth.shade import Shade
@@ -14,13 +16,6 @@ from pipeline.growth.sight import BudLight, bud_light
 from pipeline.growth.state import DORMANT, GROWN, Mask, Metamers
 from pipeline.model import Floats, Ints
 
-Grid = tuple[Voxels, Voxels, float, np.uint64]  # occupancy, lowest cell, size of a cell, seed
-BudPlaces = tuple[Floats, Floats, Floats]  # where buds are, the ways of terminal and of lateral ones
-Claims = tuple[Ints, Floats]  # the bud that has each marker, its squared distance
-
-LOW_BITS, BITS, TWICE_BITS = np.uint64(0x1FFFFF), np.uint64(21), np.uint64(42)
-JITTER = 0.4
-"""Most that a marker stands off the middle of its cell, in cells along each axis."""
 BLOCKED = 1 << 40
 """Occupancy of a marker that can never be free."""
 
@@ -46,7 +41,8 @@ class Markers:
 
     def __init__(self, options: GrowthOptions, seed: int, foot: Floats, shade: Shade | None = None) -> None:
         self._options = options
-        self._seed = scramble(np.uint64(seed & 0xFFFFFFFFFFFFFFFF))
+        # compiled functions return plain integers, whose type would depend on the seed
+        self._seed = np.uint64(scramble(np.uint64(seed & 0xFFFFFFFFFFFFFFFF)))
         self._occupancy = options.occupancy * options.metamer_m
         self._sight = options.perception * options.metamer_m
         self._half = float(np.cos(np.radians(options.perception_deg / 2.0)))
@@ -124,20 +120,6 @@ class Markers:
 
 
 @compiled
-def marker(i: int, j: int, k: int, grid: Grid) -> tuple[float, float, float]:
-    """Return where the marker of a cell is, metres."""
-    z = scramble(scramble(scramble(grid[3] + np.uint64(i)) + np.uint64(j)) + np.uint64(k))
-    a, b, c = z & LOW_BITS, (z >> BITS) & LOW_BITS, (z >> TWICE_BITS) & LOW_BITS
-    scale = 2.0 * JITTER / float(LOW_BITS)
-    start = 0.5 - JITTER
-    return (
-        (i + start + scale * float(a)) * grid[2],
-        (j + start + scale * float(b)) * grid[2],
-        (k + start + scale * float(c)) * grid[2],
-    )
-
-
-@compiled
 def cells_around(
     x: float, y: float, z: float, radius: float, size: float
 ) -> tuple[int, int, int, int, int, int]:
@@ -169,72 +151,18 @@ def occupy(grid: Grid, points: Floats, radius: float, amount: int) -> None:
 
 @compiled
 def block(grid: Grid, limits: Limits, amount: int) -> None:
-    """Set the markers where no tree may grow."""
-    values, low, _, _ = grid
-    for i in range(values.shape[0]):
-        for j in range(values.shape[1]):
-            for k in range(values.shape[2]):
-                u, v, w = marker(i + low[0], j + low[1], k + low[2], grid)
-                if not is_within(np.array((u, v, w)), limits):
+    """Set the markers where no tree may grow; without a shape only cells that the ground cuts need a look."""
+    values, low, size, _ = grid
+    point = np.zeros(3)
+    for k in range(values.shape[2]):
+        bottom = (k + low[2]) * size - limits.foot[2]
+        if limits.kind == 0 and bottom > 0.0:
+            break
+        if bottom + size < 0.0:
+            values[:, :, k] = amount
+            continue
+        for i in range(values.shape[0]):
+            for j in range(values.shape[1]):
+                point[0], point[1], point[2] = marker(i + low[0], j + low[1], k + low[2], grid)
+                if not is_within(point, limits):
                     values[i, j, k] = amount
-
-
-@compiled
-def claim(
-    grid: Grid, buds: BudPlaces, waits: tuple[Mask, Mask], cone: tuple[float, float]
-) -> tuple[Ints, Floats]:
-    """Let the nearest bud that sees a free marker have it.
-
-    Returns the number of markers and the unit vector to their middle, of the terminal and the lateral bud of
-    every metamer in turn.
-    """
-    values, low, size, _ = grid
-    owner = np.full(values.shape, -1, dtype=np.int32)
-    nearest = np.full(values.shape, cone[0] * cone[0])
-    count = len(buds[0])
-    for i in range(count):
-        if waits[0][i]:
-            look(2 * i, (buds[0][i], buds[1][i]), grid, cone, (owner, nearest))
-        if waits[1][i]:
-            look(2 * i + 1, (buds[0][i], buds[2][i]), grid, cone, (owner, nearest))
-    number, way = np.zeros(2 * count, dtype=np.int32), np.zeros((2 * count, 3))
-    for i in range(values.shape[0]):
-        for j in range(values.shape[1]):
-            for k in range(values.shape[2]):
-                b = owner[i, j, k]
-                if b >= 0:
-                    u, v, w = marker(i + low[0], j + low[1], k + low[2], grid)
-                    size = np.sqrt(nearest[i, j, k])
-                    number[b] += 1
-                    way[b, 0] += (u - buds[0][b // 2, 0]) / size
-                    way[b, 1] += (v - buds[0][b // 2, 1]) / size
-                    way[b, 2] += (w - buds[0][b // 2, 2]) / size
-    for b in range(2 * count):
-        size = np.sqrt((way[b] * way[b]).sum())
-        if size > 1e-9:
-            way[b] /= size
-    return number, way
-
-
-@compiled
-def look(
-    bud: int, place: tuple[Floats, Floats], grid: Grid, cone: tuple[float, float], claims: Claims
-) -> None:
-    """Give a bud the free markers in its cone that no nearer bud has."""
-    values, low, size, _ = grid
-    owner, nearest = claims
-    (x, y, z), ahead = place
-    i0, i1, j0, j1, k0, k1 = cells_around(x, y, z, cone[0], size)
-    for i in range(i0, i1 + 1):
-        for j in range(j0, j1 + 1):
-            for k in range(k0, k1 + 1):
-                if values[i - low[0], j - low[1], k - low[2]] != 0:
-                    continue
-                u, v, w = marker(i, j, k, grid)
-                u, v, w = u - x, v - y, w - z
-                square = u * u + v * v + w * w
-                if square >= nearest[i - low[0], j - low[1], k - low[2]]:
-                    continue
-                if u * ahead[0] + v * ahead[1] + w * ahead[2] >= cone[1] * np.sqrt(square):
-                    nearest[i - low[0], j - low[1], k - low[2]] = square
-                    owner[i - low[0], j - low[1], k - low[2]] = bud

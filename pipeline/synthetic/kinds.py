@@ -13,6 +13,15 @@ from pipeline.mesh.look import Look
 from pipeline.model import TreeModel
 from pipeline.options import Options
 from pipeline.synthetic import colonization
+from pipeline.synthetic.organic import ORGANIC, OrganicTreeOptions, grow_organic
+from pipeline.synthetic.pruned import (
+    ESPALIERS,
+    PRUNED,
+    EspalierOptions,
+    PrunedTreeOptions,
+    grow_espalier,
+    grow_pruned,
+)
 from pipeline.synthetic.tubes import PRESETS, TubeTreeOptions, grow_tubes
 
 T = TypeVar("T")
@@ -71,6 +80,9 @@ KINDS: dict[str, Kind] = {
         draw=colonization.dressed,
         look=colonization.look_of,
     ),
+    "organic": Kind(OrganicTreeOptions, grow_organic, "buds that compete for light, year by year", ORGANIC),
+    "pruned": Kind(PrunedTreeOptions, grow_pruned, "grown in its years, staked and pruned open", PRUNED),
+    "espalier": Kind(EspalierOptions, grow_espalier, "grown and trained along a wall", ESPALIERS),
 }
 """Generators by name."""
 

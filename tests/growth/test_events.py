@@ -11,7 +11,9 @@ from pipeline.errors import InputFormatError, InputMissingError, UsageError
 from pipeline.growth import GrowthOptions, grow
 from pipeline.growth.carrying import Carrying
 from pipeline.growth.events import planned, read_events, write_events
+from pipeline.growth.lost import Cut
 from pipeline.growth.pruning import BendAndTie, CrownRaise, CutToBud, Pruned, Reduce, Stake, Thin
+from pipeline.jobs.calibration import event_table
 from pipeline.model import Skeleton, TreeModel
 
 TABLES = """\
@@ -151,3 +153,10 @@ def test_a_crown_stays_raised_year_after_year() -> None:
     growth = grow(GrowthOptions(), 14, seed=2, events=events)
     held = growth.metamers.held()
     assert held["begin"][held["order"] > 0, 2].min() >= 0.5 - 1e-9
+
+
+def test_proposed_cuts_of_a_calibration_are_events(written) -> None:
+    cut = Cut(year=2, position=np.array([0.1, 0.0, 1.2]), diameter_m=0.05, length_m=3.0)
+    event = read_events(written(event_table(cut, np.array([1000.0, 2000.0, 3.0]))))[0]
+    assert event.year == 2
+    assert event.programme.operation == CutToBud(position=(1000.1, 2000.0, 4.2))

@@ -12,7 +12,10 @@ from pipeline.growth.pruning.operation import ROUNDING_M, cut_off, leader
 from pipeline.growth.pruning.selecting import Scope, Selector
 from pipeline.growth.simulation import Growth
 from pipeline.growth.state import Mask, Metamers
-from pipeline.model import Floats
+from pipeline.model import Floats, Ints
+
+STEM_M = 0.05
+"""Diameter below which a branch is never a stem: young ones are all about as thick."""
 
 
 class _Crown(Selector):
@@ -31,20 +34,26 @@ class _Crown(Selector):
 class CrownRaise(_Crown):
     """Clear the stem up to a height: branches that begin lower go, and what hangs lower of others.
 
-    The stem stays; above a cut it goes on with what has taken over. Of a tree that forks low, one leader is
-    the stem and the others go.
+    The stem stays; above a cut it goes on with what has taken over. Where it forks, what is at
+    least half as thick is a stem, too: a wound of that size does not heal.
     """
 
     name: ClassVar[str] = "crown-raise"
     about: ClassVar[str] = "clear the stem up to a height"
 
     height_m: float = Field(gt=0, le=50, description="clear height above the foot, metres")
+    codominant: float = Field(
+        0.5,
+        gt=0,
+        le=2,
+        description="diameter from which a branch is a stem, as a share of the stem beside it",
+    )
 
     def _act(self, growth: Growth) -> dict[str, Any]:
         tree = growth.metamers
         begin, end = above_foot(tree, tree.begin)[:, 2], above_foot(tree, tree.end)[:, 2]
         low = (np.minimum(begin, end) < self.height_m - ROUNDING_M) & self._concerned(growth)
-        low[leader(tree)] = False
+        low[stems(tree, self.codominant)] = False
         return {"cuts": cut_off(growth, np.flatnonzero(low).tolist())}
 
 
@@ -107,18 +116,33 @@ class Thin(Selector):
         light = gather(tree, growth.light.at_buds(tree))
         starts = self.starts(growth)
         starts = starts[starts > 0]
+        starts = starts[light.internodes[starts] <= self.largest * (len(tree) - 1)]
         mean = (light.terminal + light.lateral)[starts] / light.internodes[starts]
-        left, most = self.share * (len(tree) - 1), self.largest * (len(tree) - 1)
+        left = self.share * (len(tree) - 1)
         gone = np.zeros(len(tree), dtype=bool)
         cuts: list[int] = []
         for start in starts[np.argsort(mean, kind="stable")].tolist():
-            branch = tree.subtree([start])
-            more = int((branch & ~gone).sum())
-            if more and more <= left and branch.sum() <= most:
+            if gone[start] or left < 1.0:
+                continue
+            branch = tree.subtree([start]) & ~gone
+            more = int(branch.sum())
+            if more <= left:
                 gone |= branch
                 left -= more
                 cuts.append(start)
         return {"cuts": cut_off(growth, cuts)}
+
+
+def stems(tree: Metamers, codominant: float) -> Ints:
+    """Return the metamers of the stem, and of branches from `STEM_M` on that are nearly as thick as it is."""
+    found, waiting = [], [0]
+    while waiting:
+        path = leader(tree, waiting.pop())
+        found.append(path)
+        sides, ends = tree.lateral_child[path], tree.terminal_child[path]
+        thick = (sides >= 0) & (ends >= 0) & (tree.width[sides] >= codominant * tree.width[ends])
+        waiting += sides[thick & (tree.width[sides] >= STEM_M)].tolist()
+    return np.concatenate(found)
 
 
 def above_foot(tree: Metamers, points: Floats) -> Floats:

@@ -79,6 +79,18 @@ def test_only_the_stem_is_below_a_raised_crown(tree_of, height_m) -> None:
         assert stems | safe <= keys(growth)
 
 
+def test_both_stems_of_a_fork_stay(tree) -> None:
+    known = tree.metamers
+    fork = next(int(i) for i in known.axis(0) if known.lateral_child[i] >= 0)
+    partner = known.axis(int(known.lateral_child[fork]))
+    known.width[known.axis(0)], known.width[partner] = 0.10, 0.09
+    keep = known.key[partner].tolist()
+    CrownRaise(height_m=1.0).apply(tree)
+    assert set(keep) <= keys(tree)
+    CrownRaise(height_m=1.0, codominant=0.95).apply(tree)
+    assert not set(keep) & keys(tree)
+
+
 def test_one_side_of_a_crown_can_be_raised(tree) -> None:
     before = keys(tree)
     east = tree.metamers.held()["key"][CrownRaise(height_m=9, azimuth_deg=0, order=1).starts(tree)]

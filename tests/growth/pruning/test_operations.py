@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from pipeline.cli.prune import ABOUT
 from pipeline.errors import UsageError
-from pipeline.growth.pruning import OPERATIONS, CutToBud, Pruned, operation_of
+from pipeline.growth import GrowthOptions, grow
+from pipeline.growth.events import read_events
+from pipeline.growth.pruning import OPERATIONS, CutToBud, Pruned, Selector, operation_of
 from tests.growth.pruning.conftest import check_whole
 
+PAGE = Path(__file__).parents[3] / "docs" / "pruning.md"
 EXAMPLES = {
     "cut-to-bud": {"order": 0, "length_m": 0.6},
     "facing-bud": {"order": 1},
@@ -30,6 +36,34 @@ def test_every_operation_has_its_example_and_its_line_of_help() -> None:
     assert {name: operation.about for name, operation in OPERATIONS.items()} == ABOUT
     for operation in OPERATIONS.values():
         assert all(field.description for field in operation.model_fields.values())
+
+
+def test_the_page_tells_every_parameter() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    for name, operation in OPERATIONS.items():
+        for key, field in operation.model_fields.items():
+            if key in Selector.model_fields:
+                assert f"`{key}" in page, key
+            else:
+                row = next(line for line in page.splitlines() if line.startswith(f"| {name} | `{key}` |"))
+                assert row.endswith(f"| {field.description} |")
+
+
+@pytest.mark.parametrize(
+    "text", re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+)
+def test_the_examples_of_the_page_are_events(text, tmp_path) -> None:
+    path = tmp_path / "events.toml"
+    path.write_text(text, encoding="utf-8")
+    assert read_events(path)
+
+
+@pytest.mark.parametrize("name", ["cut-to-bud", "limit-length", "thin", "bend-and-tie"])
+def test_free_space_is_given_back_too(name) -> None:
+    growth = grow(GrowthOptions(light="space"), 8, seed=2)
+    more = {"lowest_m": 0.5} if name == "bend-and-tie" else {}
+    assert not operation_of(name, EXAMPLES[name] | more).apply(growth).idle
+    check_whole(growth)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

@@ -1,0 +1,29 @@
+"""Where markers of free space stand: one in every cell of a grid, off its middle by chance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.geometry.compiled import compiled
+from pipeline.growth.chance import scramble
+from pipeline.growth.lattice import Voxels
+
+Grid = tuple[Voxels, Voxels, float, np.uint64]  # occupancy, lowest cell, size of a cell, seed
+
+LOW_BITS, BITS, TWICE_BITS = np.uint64(0x1FFFFF), np.uint64(21), np.uint64(42)
+JITTER = 0.4
+"""Most that a marker stands off the middle of its cell, in cells along each axis."""
+
+
+@compiled
+def marker(i: int, j: int, k: int, grid: Grid) -> tuple[float, float, float]:
+    """Return where the marker of a cell is, metres."""
+    z = scramble(scramble(scramble(grid[3] + np.uint64(i)) + np.uint64(j)) + np.uint64(k))
+    a, b, c = z & LOW_BITS, (z >> BITS) & LOW_BITS, (z >> TWICE_BITS) & LOW_BITS
+    scale = 2.0 * JITTER / float(LOW_BITS)
+    start = 0.5 - JITTER
+    return (
+        (i + start + scale * float(a)) * grid[2],
+        (j + start + scale * float(b)) * grid[2],
+        (k + start + scale * float(c)) * grid[2],
+    )
