@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.accuracy.comparison import Comparison, View
+from pipeline.accuracy.comparison import Comparison, Layer, View
 from pipeline.accuracy.plots import along_path, histogram
 from pipeline.accuracy.tables import tables
 from pipeline.accuracy.viewer import BEYOND, RAMP, SCRIPT, UNKNOWN
-from pipeline.accuracy.wood import Wood
+from pipeline.accuracy.wood import Wood, wood_of
+from pipeline.model import Skeleton, TreeModel
 
 Floats = NDArray[np.float64]
 
@@ -55,20 +56,42 @@ def page(comparison: Comparison, *, a: str, b: str) -> str:
     a, b : str
         Names of what is judged and what it is held against.
     """
-    view = comparison.view
-    title = f"{a} against {b}"
+    figures = (
+        "<section><h2>Figures</h2>",
+        f'<div class="tables">{"".join(_table(*one) for one in tables(comparison))}</div></section>',
+    )
+    return _whole(f"{a} against {b}", comparison.notes, comparison.view, figures)
+
+
+def page_of(model: TreeModel | Skeleton, *, title: str) -> str:
+    """Return a page with one tree alone, coloured by radius, its error, and the way from the root.
+
+    Parameters
+    ----------
+    model : TreeModel or Skeleton
+        A skeleton has no radii to colour it by.
+    title : str
+    """
+    wood = wood_of(model)
+    layers = [Layer("way from the root", 1000.0 * wood.path)]
+    if isinstance(model, TreeModel):
+        errors = Layer("standard error of the radius", 1000.0 * model.radius_rmse[1:])
+        layers = [Layer("radius", 1000.0 * model.radius[1:]), errors, *layers]
+    return _whole(title, (), View(wood, tuple(layers)), ())
+
+
+def _whole(title: str, notes: Sequence[str], view: View | None, figures: Sequence[str]) -> str:
     parts = [
         "<!doctype html>",
         f'<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>',
         '<meta name="viewport" content="width=device-width"><link rel="icon" href="data:,">',
         f"<style>{STYLE}</style></head><body>",
         f"<header><h1>{escape(title)}</h1>",
-        *(f'<p class="note">{escape(note)}</p>' for note in comparison.notes),
+        *(f'<p class="note">{escape(note)}</p>' for note in notes),
         "</header>",
         _stage(view) if view is not None else "",
-        _plots(view) if view is not None else "",
-        "<section><h2>Figures</h2>",
-        f'<div class="tables">{"".join(_table(*one) for one in tables(comparison))}</div></section>',
+        _plots(view) if view is not None and figures else "",
+        *figures,
         f"<script>{SCRIPT}</script>" if view is not None else "",
         "</body></html>",
     ]

@@ -37,7 +37,7 @@ def command(file: Path, as_json: bool) -> None:
 
 def _facts(file: Path) -> dict[str, Any]:
     """Return what is known of a file, by its suffix, and for a .ply by what it holds."""
-    kind = _kind(file)
+    kind = kind_of(file)
     if kind == "mesh":
         return {"kind": kind, **_mesh_facts(file), **_size(file, None)}
     if kind == "cloud":
@@ -51,7 +51,7 @@ def _facts(file: Path) -> dict[str, Any]:
     return {**_model_facts(model), **_size(file, len(model))}
 
 
-def _kind(file: Path) -> str:
+def kind_of(file: Path) -> str:
     """Return "cloud", "mesh" or "model"."""
     from pipeline.cloud import CLOUD_SUFFIXES
     from pipeline.exchange import FORMATS

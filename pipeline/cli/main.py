@@ -34,6 +34,7 @@ COMMANDS = {
     "compare": "Tell how far a model is from another, from its points or from the truth.",
     "regress": "Keep references, and check today's output against them.",
     "batch": "Model every tree of airborne tiles.",
+    "view": "Look at a cloud, a skeleton, a mesh or a tree.",
     "studio": "Model a tree in the browser.",
     "config": "Show the settings.",
 }
