@@ -6,7 +6,7 @@ setup(
     packages=[*find_packages(include=["pipeline", "pipeline.*"]), "pipeline.configs"],
     package_dir={"pipeline.configs": "configs"},
     package_data={
-        "pipeline.configs": ["*.toml", "colonization/*.toml", "species/*.toml"],
+        "pipeline.configs": ["*.toml", "colonization/*.toml", "organic/*.toml", "species/*.toml"],
         "pipeline": ["py.typed"],
         "pipeline.cityjson": ["*.json"],
     },

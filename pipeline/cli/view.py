@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 @click.command("view")
 @click.argument("file", type=options.FILE)
 @click.option("--screenshot", type=options.FILE, metavar="F", help="Draw a .png instead of opening a window.")
-@click.option(
-    "--html", type=options.FILE, metavar="F", help="Write a page with a tree that turns."
-)
+@click.option("--html", type=options.FILE, metavar="F", help="Write a page with a tree that turns.")
 @click.option("--overwrite", is_flag=True, help="Write over results that are there.")
 @options.messages
 def command(file: Path, screenshot: Path | None, html: Path | None, *, overwrite: bool) -> None:

@@ -16,14 +16,14 @@ JITTER = 0.4
 
 
 @compiled
-def marker(i: int, j: int, k: int, grid: Grid) -> tuple[float, float, float]:
+def marker(i: int, j: int, k: int, size: float, seed: np.uint64) -> tuple[float, float, float]:
     """Return where the marker of a cell is, metres."""
-    z = scramble(scramble(scramble(grid[3] + np.uint64(i)) + np.uint64(j)) + np.uint64(k))
+    z = scramble(scramble(scramble(seed + np.uint64(i)) + np.uint64(j)) + np.uint64(k))
     a, b, c = z & LOW_BITS, (z >> BITS) & LOW_BITS, (z >> TWICE_BITS) & LOW_BITS
     scale = 2.0 * JITTER / float(LOW_BITS)
     start = 0.5 - JITTER
     return (
-        (i + start + scale * float(a)) * grid[2],
-        (j + start + scale * float(b)) * grid[2],
-        (k + start + scale * float(c)) * grid[2],
+        (i + start + scale * float(a)) * size,
+        (j + start + scale * float(b)) * size,
+        (k + start + scale * float(c)) * size,
     )

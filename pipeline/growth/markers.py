@@ -137,14 +137,14 @@ def cells_around(
 @compiled
 def occupy(grid: Grid, points: Floats, radius: float, amount: int) -> None:
     """Add an amount to all markers within a radius of points."""
-    values, low, size, _ = grid
+    values, low, size, seed = grid
     for p in range(len(points)):
         x, y, z = points[p]
         i0, i1, j0, j1, k0, k1 = cells_around(x, y, z, radius, size)
         for i in range(i0, i1 + 1):
             for j in range(j0, j1 + 1):
                 for k in range(k0, k1 + 1):
-                    u, v, w = marker(i, j, k, grid)
+                    u, v, w = marker(i, j, k, size, seed)
                     if (u - x) ** 2 + (v - y) ** 2 + (w - z) ** 2 < radius * radius:
                         values[i - low[0], j - low[1], k - low[2]] += amount
 
@@ -152,7 +152,7 @@ def occupy(grid: Grid, points: Floats, radius: float, amount: int) -> None:
 @compiled
 def block(grid: Grid, limits: Limits, amount: int) -> None:
     """Set the markers where no tree may grow; without a shape only cells that the ground cuts need a look."""
-    values, low, size, _ = grid
+    values, low, size, seed = grid
     point = np.zeros(3)
     for k in range(values.shape[2]):
         bottom = (k + low[2]) * size - limits.foot[2]
@@ -163,6 +163,6 @@ def block(grid: Grid, limits: Limits, amount: int) -> None:
             continue
         for i in range(values.shape[0]):
             for j in range(values.shape[1]):
-                point[0], point[1], point[2] = marker(i + low[0], j + low[1], k + low[2], grid)
+                point[0], point[1], point[2] = marker(i + low[0], j + low[1], k + low[2], size, seed)
                 if not is_within(point, limits):
                     values[i, j, k] = amount

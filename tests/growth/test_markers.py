@@ -7,7 +7,6 @@ import pytest
 
 from pipeline.growth import DORMANT, GROWN, GrowthOptions, Metamers, grow
 from pipeline.growth.jitter import marker
-
 from pipeline.growth.markers import BLOCKED, Markers
 
 SPACE = GrowthOptions(light="space")
@@ -17,8 +16,7 @@ def free_markers(markers: Markers) -> np.ndarray:
     """(M, 3) where the free markers are."""
     grid = markers.grid
     cells = np.argwhere(grid.values == 0) + grid.low
-    whole = (grid.values, grid.low, grid.voxel_m, markers._seed)
-    return np.array([marker(int(i), int(j), int(k), whole) for i, j, k in cells])
+    return np.array([marker(int(i), int(j), int(k), grid.voxel_m, markers._seed) for i, j, k in cells])
 
 
 @pytest.mark.parametrize("cone_deg", [60.0, 90.0, 180.0])
