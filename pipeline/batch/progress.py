@@ -102,7 +102,7 @@ def duration(seconds: float) -> str:
     Examples
     --------
     >>> duration(42.4), duration(4242), duration(424242)
-    ('42 s', '1 h 11 min', '4 d 22 h')
+    ('42 s', '1 h 10 min', '4 d 21 h')
     """
     minutes, hours, days = seconds / 60, seconds / 3600, seconds / 86400
     if days >= 1:

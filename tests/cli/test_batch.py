@@ -50,7 +50,7 @@ def test_a_run_is_done_told_resumed_and_refused_for_other_settings(call, tile, t
     assert listing(out) == before
     assert json.loads((out / "summary.json").read_text())["trees"] == 4000
 
-    other = call("batch", tile, "--out", out, *SMALL, "--set", "clean.voxel_m=0.02")
+    other = call("batch", tile, "--out", out, *SMALL, "--set", "clean.voxel_m=0.03")
     assert other.exit_code == 2
     assert "config_hash" in other.stderr
 
