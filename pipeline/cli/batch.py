@@ -99,6 +99,8 @@ def run_command(context: click.Context, /, tiles: tuple[Path, ...], out: Path, *
         LOGGER.error("%s: not every cell is done or quarantined; run the same command again", out)
     if given["merge"] and summary["done"] and given["only"] is None:
         good = _merged(out, given["stems"]) and good
+    if summary["done"] and not summary["trees"]:
+        LOGGER.warning("%s: no tree was found; see whether the tiles hold vegetation above the ground", out)
     if not context.meta["quiet"]:
         click.echo(_closing(summary, out))
     context.exit(0 if good else 1)

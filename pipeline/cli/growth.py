@@ -77,7 +77,7 @@ def growth_options(
     from pipeline.growth.species import species_named
 
     values: dict[str, Any] = dict(species_named(species)) if species is not None else {}
-    values |= _file(params) if params is not None else {}
+    values |= read_parameters(params) if params is not None else {}
     values |= {key: value for key, value in more.items() if value is not None}
     for text in settings:
         key, equals, value = (part.strip() for part in text.partition("="))
@@ -117,14 +117,21 @@ def tell_of_poles(function: Command) -> Command:
     return cast("Command", with_warnings)
 
 
-def _file(path: Path) -> dict[str, Any]:
+def read_parameters(path: Path) -> dict[str, Any]:
+    """Return the values of a TOML file of parameters.
+
+    Raises
+    ------
+    InputMissingError, InputFormatError
+        If it cannot be read.
+    """
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
         msg = f"{path}: there is no such file; check the name given to --params"
         raise InputMissingError(msg) from error
     except (OSError, ValueError) as error:  # TOMLDecodeError and UnicodeDecodeError are ValueErrors
-        msg = f"{path}: is not TOML ({error}); `treepipe calibrate` writes such files"
+        msg = f"{path}: is not TOML ({error}); write KEY = VALUE on each line"
         raise InputFormatError(msg) from error
 
 

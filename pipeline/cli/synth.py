@@ -13,6 +13,7 @@ import click
 from pydantic import ValidationError
 
 from pipeline.cli import options
+from pipeline.cli.growth import read_parameters
 from pipeline.cli.logs import LOGGER
 from pipeline.errors import InputFormatError, OutputExistsError, UsageError
 from pipeline.options import Options
@@ -47,6 +48,7 @@ def command() -> None:
 @command.command("tree")
 @click.option("--kind", default="tubes", show_default=True, metavar="NAME", help="How it grows.")
 @click.option("--preset", metavar="NAME", help="A habit that comes with the kind.")
+@click.option("--params", type=options.FILE, metavar="F", help="TOML file of options, as the studio saves.")
 @click.option("--bark", type=options.FILE, metavar="FILE.png", help="Your picture of bark (.obj .glb).")
 @click.option("--leaf", type=options.FILE, metavar="FILE.png", help="Your picture of a leaf (.obj .glb).")
 @click.option("--no-leaves", is_flag=True, help="Leave the leaves out of .obj .glb .mesh.ply.")
@@ -76,7 +78,9 @@ def tree_command(
     if not is_truth:
         format_of(target)
     grower = kind_named(kind)
-    start = grower.preset(preset) if preset is not None else {}
+    start = dict(grower.preset(preset)) if preset is not None else {}
+    if (params := given.pop("params")) is not None:
+        start |= read_parameters(params)
     pictures = _pictures(grower, target, bark=given.pop("bark"), leaf=given.pop("leaf"))
     chosen = _chosen(grower.options, {**start, **pictures, **_told(given)}, settings)
     drawn = grower.draw is not None and target.name.lower().endswith(tuple(SURFACES))

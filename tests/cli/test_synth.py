@@ -193,3 +193,17 @@ def test_wrong_pictures(call, tmp_path, content, target, code, said):
     assert not (tmp_path / target).exists()
     result = call("synth", "tree", "--leaf", mine, "-o", tmp_path / "t.obj")
     assert (result.exit_code, "add --kind colonization" in result.stderr) == (2, True)
+
+
+def test_a_file_of_parameters_is_what_single_settings_are(call, tmp_path):
+    file = tmp_path / "bush.toml"
+    file.write_text("iterations = 6\ncrown_width_m = 2.0\n", encoding="utf-8")
+    given = ("synth", "tree", "--kind", "colonization", "--seed", 3)
+    single = ("--set", "iterations=6", "--set", "crown_width_m=2.0")
+    for name, more in (("file", ("--params", file)), ("single", single)):
+        assert call(*given, *more, "-o", tmp_path / f"{name}.npz").exit_code == 0
+    assert (tmp_path / "file.npz").read_bytes() == (tmp_path / "single.npz").read_bytes()
+    file.write_text("iteration = 6\n", encoding="utf-8")
+    wrong = call(*given, "--params", file, "-o", tmp_path / "wrong.npz")
+    assert wrong.exit_code == 2
+    assert "iterations" in wrong.stderr
