@@ -21,11 +21,11 @@ TILE_SUFFIXES = (".las", ".laz")
 WIDEST_M = 100_000.0
 """No tile is wider; a header that says so is damaged."""
 
-CPU_S_PER_MILLION = 8.0
+CPU_S_PER_MILLION = 5.0
 """CPU seconds from a million points of a tile to written trees, as docs/scaling.md adds them up."""
 
-RESULT_BYTES_PER_POINT = 26.0
-"""Bytes of results for each point of a tile: 21 trees of AHN4, nearly all of it CityJSON."""
+RESULT_BYTES_PER_POINT = 6.0
+"""Bytes of results for each point of a tile: 26 trees of AHN4, nearly all of it CityJSON."""
 
 
 class NoTileError(PipelineError, ValueError):

@@ -7,6 +7,7 @@ is not tried any more, whatever the scheduler thinks.
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import socket
@@ -25,7 +26,7 @@ from pipeline.batch import manifests
 from pipeline.batch.explode import Slice, explode, exploded
 from pipeline.batch.gather import Sources, gather
 from pipeline.cloud.parts import Frame
-from pipeline.errors import PipelineError
+from pipeline.errors import OutputError, PipelineError
 from pipeline.output import write_text
 
 Status = Literal["done", "failed", "crashed", "memory", "split"]
@@ -132,10 +133,16 @@ def _guarded(job: Job, name: str, run: Callable[[], Outcome]) -> Outcome:
             return run()
     except MemoryError as error:
         return Outcome("memory", error=f"it needs more memory than there is ({error})")
+    except OutputError as error:  # a disk may be free again, a file server back: tried once more
+        return Outcome("failed", error=" ".join(str(error).split()), trace=traceback.format_exc())
     except PipelineError as error:
         return Outcome("failed", error=" ".join(str(error).split()))
     except Exception as error:  # it shall not cost the other cells
         text = " ".join(f"unexpected {type(error).__name__}: {error}".split())
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:
+            text = (
+                f"the disk of {job.out} is full; free space, run `treepipe batch retry {job.out}` and go on"
+            )
         return Outcome("failed", error=text, trace=traceback.format_exc())
 
 

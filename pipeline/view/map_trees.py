@@ -75,9 +75,10 @@ class TreeMap:
 
     @property
     def window(self) -> Window:
-        """The box around all that is drawn."""
-        corners = np.array(self.frames).reshape(-1, 2)
-        points = np.concatenate([self.xy, self.rings, corners])
+        """The box around the trees; around the cells where there are none."""
+        points = np.concatenate([self.xy, self.rings])
+        if not len(points):
+            points = np.array(self.frames).reshape(-1, 2)
         if not len(points):
             return 0.0, 0.0, 100.0, 100.0
         (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()

@@ -13,10 +13,13 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from pipeline.airborne.allometry import AllometryOptions, breast_height_diameter
 from pipeline.airborne.segmentation import SegmentationOptions, Segmented, segment
 from pipeline.cloud import read_cloud
 from pipeline.model import PointCloud
 
+CONIFERS = frozenset({"PIAB", "ABAL", "PISY", "LADE", "PINI", "TABA"})
+BIOME = "temperate-conifer"
 AHN4_BOX = (124800.0, 486350.0, 124834.56, 486400.0)
 TOO_FAR = 1e6
 
@@ -65,9 +68,8 @@ def ahn4(folder: Path, options: SegmentationOptions) -> dict[str, float]:
 
 def chablais(folder: Path, options: SegmentationOptions) -> dict[str, float]:
     """Score the Alpine plot: places within 3 m and heights within 20 %, in the plot's own extent."""
-    table = np.genfromtxt(
-        folder / "tiles" / "chablais3.inventory.csv", delimiter=",", names=True, usecols=(0, 1, 2, 3)
-    )
+    path = folder / "tiles" / "chablais3.inventory.csv"
+    table = np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8")
     table = table[table["d"] >= 7.5]
     truth = np.column_stack([table["x"], table["y"]])
     cloud = read_cloud(folder / "tiles" / "chablais3.laz")
@@ -77,13 +79,33 @@ def chablais(folder: Path, options: SegmentationOptions) -> dict[str, float]:
     a, b = match(base[inside], truth, 3.0, near)
     precision, recall, f1 = scores(len(a), int(inside.sum()), len(truth))
     off = height[inside][a] - table["h"][b]
-    dbh = 0.974 * (height[inside][a] * wide[inside][a]) ** 0.748
-    ratio = (dbh - table["d"][b]) / table["d"][b].mean()
     return {
         "chablais_found": float(inside.sum()), "chablais_precision": precision, "chablais_recall": recall,
         "chablais_f1": f1, "chablais_height_rmse_m": float(np.sqrt((off**2).mean())),
-        "chablais_height_bias_m": float(off.mean()), "chablais_dbh_rmse": float(np.sqrt((ratio**2).mean())),
+        "chablais_height_bias_m": float(off.mean()),
+        **diameters(height[inside][a], wide[inside][a], table[b]),
     }  # fmt: skip
+
+
+def diameters(height, crown, truth) -> dict[str, float]:
+    """Score stem diameters by the rows of kinds of leaf, and by the global one; shares of the mean."""
+    kinds = ["gymnosperm" if name in CONIFERS else "angiosperm" for name in truth["s"]]
+    rows = {
+        "leaf": [AllometryOptions(biome=BIOME, leaf_type=kind) for kind in kinds],
+        "mixed": [AllometryOptions(biome="palearctic-temperate-mixed", leaf_type=kind) for kind in kinds],
+        "global": [AllometryOptions()] * len(kinds),
+    }
+    out = {}
+    for name, options in rows.items():
+        told = [
+            breast_height_diameter(h, c, options=o) for h, c, o in zip(height, crown, options, strict=True)
+        ]
+        lo, hi = (np.array([100 * getattr(one, end) for one in told]) for end in ("lo_m", "hi_m"))
+        off = np.array([100 * one.dbh_m for one in told]) - truth["d"]
+        out[f"dbh_rmse_{name}"] = float(np.sqrt((off**2).mean()) / truth["d"].mean())
+        out[f"dbh_bias_{name}_cm"] = float(off.mean())
+        out[f"dbh_within_{name}"] = float(((truth["d"] >= lo) & (truth["d"] <= hi)).mean())
+    return out
 
 
 def single(folder: Path, options: SegmentationOptions) -> dict[str, float]:
