@@ -47,6 +47,10 @@ EDITION = "als"
 """What trees are called where no survey is named."""
 
 
+ZERO_M = 100_000.0
+"""Vertices are counted from the corner of a block so wide, whatever the cells that it is cut into."""
+
+
 @dataclass(frozen=True)
 class CellTask:
     """What a worker needs to know of one cell.
@@ -185,7 +189,8 @@ def _write_trees(task: CellTask, config: Config, cloud: PointCloud, found: Segme
     names = tree_ids(task.edition, np.array([tree.apex for tree in trees]).reshape(-1, 3) + cloud.origin)
     rows, errors, fallbacks = [], {}, 0
     archive = ArchiveWriter(task.folder / MODELS)
-    sequence = SeqWriter(task.folder / CITY, options=config.cityjson)
+    zero = np.array([np.floor(edge / ZERO_M) * ZERO_M for edge in (task.cell.x0, task.cell.y0)] + [0.0])
+    sequence = SeqWriter(task.folder / CITY, options=config.cityjson, zero=zero)
     with _calm_garbage(), archive, sequence:
         for number, (name, tree) in enumerate(zip(names, trees, strict=True), 1):
             made = model_tree(cloud, tree, found.terrain, stages=stages, beside=stems[id(tree)])

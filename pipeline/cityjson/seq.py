@@ -37,6 +37,8 @@ class SeqWriter:
         Ends in ``.city.jsonl``; replaced when the block ends without an error.
     options : CityjsonOptions, optional
         One profile for all trees.
+    zero : (3,) array, optional
+        What vertices are counted from, in the coordinates of the trees; that of the first tree by itself.
 
     Raises
     ------
@@ -45,8 +47,8 @@ class SeqWriter:
 
     Notes
     -----
-    The first tree decides the reference system and the zero of all vertices, so the file depends on
-    the order of the trees. Of the trees themselves only the names are remembered.
+    The first tree decides the reference system and, unless it is given, the zero of all vertices, so the file
+    depends on the order of the trees. Of the trees themselves only the names are remembered.
 
     Examples
     --------
@@ -55,7 +57,14 @@ class SeqWriter:
     ...         forest.add(tree, name)
     """
 
-    def __init__(self, path: str | os.PathLike[str], *, options: CityjsonOptions | None = None) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        options: CityjsonOptions | None = None,
+        zero: Floats | None = None,
+    ) -> None:
+        self._given_zero = zero
         self._path = Path(path)
         self._options = options or CityjsonOptions()
         self._stack = ExitStack()
@@ -102,7 +111,8 @@ class SeqWriter:
         if self._zero is not None and crs != self._crs:
             msg = f"{self._path}: is in {self._crs}, but tree {name!r} in {crs}; write one file for each"
             raise UsageError(msg)
-        made = city_objects(tree, name, self._options, self._zero)
+        zero = self._zero if self._zero is not None else self._given_zero
+        made = city_objects(tree, name, self._options, zero)
         if self._zero is None:
             self._begin(crs, made.step, made.translate)
         made.members[name]["geographicalExtent"] = extent(tree, made)

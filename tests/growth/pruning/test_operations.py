@@ -90,7 +90,7 @@ def test_the_same_seed_gives_the_same_bytes(name, tree_of) -> None:
         assert array.tobytes() == trees[1].metamers.held()[key].tobytes(), key
 
 
-@pytest.mark.parametrize("name", set(EXAMPLES) - {"bend-and-tie", "espalier"})
+@pytest.mark.parametrize("name", sorted(set(EXAMPLES) - {"bend-and-tie", "espalier"}))
 def test_what_stays_has_not_moved_and_cut_buds_never_grow_again(name, tree) -> None:
     before = {
         key: tuple(end) for key, end in zip(*(tree.metamers.held()[k] for k in ("key", "end")), strict=True)
