@@ -25,7 +25,8 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     OutputError
-        If the folder or the file cannot be written (read-only, disk full, a directory).
+        If the folder or the file cannot be written (read-only, disk full, a directory). Errors that name
+        a file elsewhere pass as they are.
     """
     target = Path(path)
     temporary: Path | None = None
@@ -45,12 +46,19 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     except PipelineError:
         raise
     except OSError as error:
+        if temporary is not None and _is_elsewhere(error, target):
+            raise
         reason = error.strerror or str(error)
         msg = f"{target}: cannot be written ({reason}); free space or choose another folder with --out"
         raise OutputError(msg) from error
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
+
+
+def _is_elsewhere(error: OSError, target: Path) -> bool:
+    """Tell whether an error names a file of another folder, one that was read while writing, say."""
+    return isinstance(error.filename, str) and Path(error.filename).parent != target.parent
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
