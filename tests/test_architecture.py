@@ -17,7 +17,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 FLOORS = (
     ("errors",),
-    ("model", "options", "output"),
+    ("model", "options", "output", "shipped"),
     ("geometry", "cloud"),
     ("skeleton", "cylinders", "lsystem", "growth", "mesh"),
     ("formats", "cityjson", "synthetic", "accuracy", "airborne"),

@@ -3,43 +3,13 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
-from collections.abc import Iterator, Mapping
-from importlib.resources import files
-from importlib.resources.abc import Traversable
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 from pipeline.errors import UsageError
+from pipeline.shipped import Shipped
 
-SUFFIX = ".toml"
-
-
-class Species(Mapping[str, Mapping[str, Any]]):
-    """The sets by name, read when they are asked for."""
-
-    def __getitem__(self, name: str) -> Mapping[str, Any]:
-        """Return the parameters that a set gives.
-
-        Raises
-        ------
-        KeyError
-            If there is none of that name.
-        """
-        if name not in list(self):
-            raise KeyError(name)
-        return tomllib.loads((_folder() / f"{name}{SUFFIX}").read_text(encoding="utf-8"))
-
-    def __iter__(self) -> Iterator[str]:
-        """Yield the names in order."""
-        entries = _folder().iterdir()
-        yield from sorted(entry.name[: -len(SUFFIX)] for entry in entries if entry.name.endswith(SUFFIX))
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
-
-
-SPECIES = Species()
+SPECIES = Shipped("species")
 
 
 def species_named(name: str) -> Mapping[str, Any]:
@@ -56,9 +26,3 @@ def species_named(name: str) -> Mapping[str, Any]:
     meant = f", do you mean {near[0]}?" if near else ";"
     msg = f"unknown species {name!r}{meant} known: {', '.join(SPECIES)}"
     raise UsageError(msg)
-
-
-def _folder() -> Traversable:
-    """Return configs/species: inside the package once installed, beside it in a source tree."""
-    inside = files("pipeline") / "configs" / "species"
-    return inside if inside.is_dir() else Path(__file__).resolve().parents[2] / "configs" / "species"

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Iterator, Mapping
-from importlib.resources import files
-from importlib.resources.abc import Traversable
-from pathlib import Path
-from typing import Any
-
 from pydantic import Field
 
 from pipeline.growth import GrowthOptions, grow
 from pipeline.growth.events import planned
 from pipeline.growth.pruning import CrownRaise
 from pipeline.model import TreeModel
+from pipeline.shipped import Shipped
 
-SUFFIX = ".toml"
 FIRST_CLEARED = 6
 """Year from which the stem is cleared: a younger tree has nothing else."""
 
@@ -51,28 +44,5 @@ def grow_organic(options: OrganicTreeOptions) -> TreeModel:
     return grow(options, years, seed=options.seed, events=events).to_model()
 
 
-class OrganicPresets(Mapping[str, Mapping[str, Any]]):
-    """Street trees by name, read from configs/organic: each names what differs from the defaults."""
-
-    def __getitem__(self, name: str) -> Mapping[str, Any]:
-        """Return the options that an example sets."""
-        if name not in list(self):
-            raise KeyError(name)
-        return tomllib.loads((_folder() / f"{name}{SUFFIX}").read_text(encoding="utf-8"))
-
-    def __iter__(self) -> Iterator[str]:
-        """Yield the names in order."""
-        entries = _folder().iterdir()
-        yield from sorted(entry.name[: -len(SUFFIX)] for entry in entries if entry.name.endswith(SUFFIX))
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
-
-
-def _folder() -> Traversable:
-    """Return configs/organic: inside the package once installed, beside it in a source tree."""
-    inside = files("pipeline") / "configs" / "organic"
-    return inside if inside.is_dir() else Path(__file__).resolve().parents[2] / "configs" / "organic"
-
-
-ORGANIC = OrganicPresets()
+ORGANIC = Shipped("organic")
+"""Street trees by name: each names what differs from the defaults."""
