@@ -19,6 +19,7 @@ from pydantic.fields import FieldInfo
 from pipeline.airborne.grid import GridOptions
 from pipeline.airborne.modelling import ModelOptions
 from pipeline.airborne.segmentation import SegmentationOptions
+from pipeline.choosing import value_of
 from pipeline.cityjson import CityjsonOptions
 from pipeline.cloud import CleanOptions
 from pipeline.cylinders import CylinderOptions
@@ -79,7 +80,7 @@ class Config(Options):
             if not equals or not key:
                 msg = f"--set {setting}: is not KEY=VALUE; write for example --set picture.point_px=3"
                 raise UsageError(msg)
-            _put(merged, key.split("."), _value(text))
+            _put(merged, key.split("."), value_of(text))
         return _checked(merged, "--set")
 
 
@@ -137,14 +138,6 @@ def _file(path: Path) -> dict[str, Any]:
     except ValueError as error:  # TOMLDecodeError and UnicodeDecodeError
         msg = f"{path}: is not TOML ({error}); `treepipe config show` prints a config to start from"
         raise UsageError(msg) from error
-
-
-def _value(text: str) -> Any:
-    """Read a value as TOML does; what is no TOML value is a text."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
 
 
 def _put(tables: dict[str, Any], keys: list[str], value: Any) -> None:

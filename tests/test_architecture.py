@@ -17,11 +17,11 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 FLOORS = (
     ("errors",),
-    ("model", "options", "output", "shipped"),
+    ("model", "options", "output", "shipped", "toml", "choosing"),
     ("geometry", "cloud"),
     ("skeleton", "cylinders", "lsystem", "growth", "mesh"),
     ("formats", "cityjson", "synthetic", "accuracy", "airborne"),
-    ("toml", "config", "view", "report", "exchange"),
+    ("config", "view", "report", "exchange"),
     ("run", "store"),
     ("batch", "jobs", "regression", "studio"),
     ("cli", "__main__"),

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import tomllib
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
+from pipeline.choosing import chosen
 from pipeline.cli import options
 from pipeline.cli.logs import LOGGER
-from pipeline.errors import InputFormatError, InputMissingError, UsageError
+from pipeline.errors import InputFormatError, InputMissingError
 
 if TYPE_CHECKING:
-    from pydantic import ValidationError
-
     from pipeline.growth import Event, GrowthOptions
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -71,24 +69,13 @@ def growth_options(
     InputMissingError, InputFormatError
         If the file cannot be read.
     """
-    from pydantic import ValidationError
-
     from pipeline.growth import GrowthOptions
     from pipeline.growth.species import species_named
 
     values: dict[str, Any] = dict(species_named(species)) if species is not None else {}
     values |= read_parameters(params) if params is not None else {}
     values |= {key: value for key, value in more.items() if value is not None}
-    for text in settings:
-        key, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or not key:
-            msg = f"--set {text}: is not KEY=VALUE; write for example --set alpha=2.4"
-            raise UsageError(msg)
-        values[key] = _value(value)
-    try:
-        return GrowthOptions.model_validate(values)
-    except ValidationError as error:
-        raise UsageError(_explained(error, params)) from None
+    return chosen(GrowthOptions, values, settings)
 
 
 def read_events(path: Path | None) -> tuple[Event, ...]:
@@ -133,28 +120,3 @@ def read_parameters(path: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:  # TOMLDecodeError and UnicodeDecodeError are ValueErrors
         msg = f"{path}: is not TOML ({error}); write KEY = VALUE on each line"
         raise InputFormatError(msg) from error
-
-
-def _value(text: str) -> Any:
-    """Read a value as TOML does; what is no TOML value is a text."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
-
-
-def _explained(error: ValidationError, params: Path | None) -> str:
-    """Say in one sentence what is wrong with the first key, and what would be right."""
-    from pipeline.growth import GrowthOptions
-    from pipeline.toml import allowed
-
-    first: Mapping[str, Any] = error.errors(include_url=False)[0]
-    key = str(first["loc"][0]) if first["loc"] else ""
-    fields = GrowthOptions.model_fields
-    if key in fields:
-        field = fields[key]
-        return f"{key} = {first['input']!r} is not allowed; give {allowed(field)}: {field.description}"
-    near = difflib.get_close_matches(key, fields, n=1)
-    meant = f", do you mean {near[0]}?" if near else ";"
-    where = f" (--set or {params})" if params else ""
-    return f"unknown parameter of growth {key}{meant} known: {', '.join(fields)}{where}"

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import difflib
 import sys
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
-from pydantic import ValidationError
 
+from pipeline.choosing import chosen
 from pipeline.cli import options
 from pipeline.cli.growth import read_parameters
 from pipeline.cli.logs import LOGGER
@@ -23,7 +21,6 @@ if TYPE_CHECKING:
     from pipeline.model import TreeModel
     from pipeline.synthetic.kinds import Kind
 
-Chosen = TypeVar("Chosen", bound=Options)
 
 NPZ = ".npz"
 ENDED = {
@@ -82,13 +79,13 @@ def tree_command(
     if (params := given.pop("params")) is not None:
         start |= read_parameters(params)
     pictures = _pictures(grower, target, bark=given.pop("bark"), leaf=given.pop("leaf"))
-    chosen = _chosen(grower.options, {**start, **pictures, **_told(given)}, settings)
+    how = chosen(grower.options, {**start, **pictures, **_told(given)}, settings)
     drawn = grower.draw is not None and target.name.lower().endswith(tuple(SURFACES))
-    look = grower.look(chosen) if drawn and grower.look else None
+    look = grower.look(how) if drawn and grower.look else None
     _check_beside(target, look, overwrite=overwrite)
-    tree = _grown(grower, chosen)
+    tree = _grown(grower, how)
     if look is not None and grower.draw is not None:
-        write_surface(grower.draw(tree, chosen, leaves=not no_leaves), target, look)
+        write_surface(grower.draw(tree, how, leaves=not no_leaves), target, look)
     elif is_truth:
         write_truth(truth_of(tree), target)
     else:
@@ -185,7 +182,7 @@ def scan_command(
         if beside.exists() and not overwrite:
             msg = f"{beside}: exists already; add --overwrite or give another name with -o"
             raise OutputExistsError(msg)
-    how = _chosen(SCANNERS[kind], _scanner(kind, leaves, **given), settings)
+    how = chosen(SCANNERS[kind], _scanner(kind, leaves, **given), settings)
     tree = _tree(model)
     with named(model):
         made = scan(tree, options=how)
@@ -226,50 +223,6 @@ def _tree(path: Path) -> TreeModel:
 def _told(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return what is not None."""
     return {name: value for name, value in given.items() if value is not None}
-
-
-def _chosen(kind: type[Chosen], values: dict[str, Any], settings: Sequence[str]) -> Chosen:
-    """Make options of values and of KEY=VALUE texts.
-
-    Raises
-    ------
-    UsageError
-        If a key is unknown or a value out of range, with what would be right.
-    """
-    for text in settings:
-        key, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or not key:
-            msg = f"--set {text}: is not KEY=VALUE; write for example --set seed=3"
-            raise UsageError(msg)
-        values = {**values, key: _value(value)}
-    try:
-        return kind.model_validate(values)
-    except ValidationError as error:
-        raise UsageError(_explained(error, kind)) from None
-
-
-def _value(text: str) -> Any:
-    """Read a value as TOML does; what is no TOML value is a text."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
-
-
-def _explained(error: ValidationError, kind: type[Options]) -> str:
-    """Say in one sentence what is wrong with the first key, and what would be right."""
-    from pipeline.toml import allowed
-
-    first = error.errors(include_url=False)[0]
-    if not first["loc"]:
-        return str(first["msg"]).removeprefix("Value error, ")
-    key = str(first["loc"][0])
-    if key in kind.model_fields:
-        field = kind.model_fields[key]
-        return f"{key} = {first['input']!r} is not allowed; give {allowed(field)}: {field.description}"
-    near = difflib.get_close_matches(key, kind.model_fields, n=1)
-    meant = f", do you mean {near[0]}?" if near else ";"
-    return f"unknown key {key}{meant} known: {', '.join(kind.model_fields)}"
 
 
 @command.command("suite")

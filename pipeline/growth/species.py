@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from typing import Any
 
-from pipeline.errors import UsageError
+from pipeline.choosing import named
 from pipeline.shipped import Shipped
 
 SPECIES = Shipped("species")
@@ -20,9 +19,4 @@ def species_named(name: str) -> Mapping[str, Any]:
     UsageError
         If there is none of that name, listing those there are.
     """
-    if name in SPECIES:
-        return SPECIES[name]
-    near = difflib.get_close_matches(name, list(SPECIES), n=1)
-    meant = f", do you mean {near[0]}?" if near else ";"
-    msg = f"unknown species {name!r}{meant} known: {', '.join(SPECIES)}"
-    raise UsageError(msg)
+    return named(name, SPECIES, "species")

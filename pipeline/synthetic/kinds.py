@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
-from pipeline.errors import UsageError
+from pipeline.choosing import named
 from pipeline.mesh import Mesh
 from pipeline.mesh.look import Look
 from pipeline.model import TreeModel
@@ -23,8 +22,6 @@ from pipeline.synthetic.pruned import (
     grow_pruned,
 )
 from pipeline.synthetic.tubes import PRESETS, TubeTreeOptions, grow_tubes
-
-T = TypeVar("T")
 
 NO_PRESETS: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
 
@@ -66,7 +63,7 @@ class Kind(NamedTuple):
         UsageError
             If there is none of that name, listing those there are.
         """
-        return _named(name, self.presets, "preset")
+        return named(name, self.presets, "preset")
 
 
 KINDS: dict[str, Kind] = {
@@ -95,13 +92,4 @@ def kind_named(name: str) -> Kind:
     UsageError
         If there is none of that name, listing those there are.
     """
-    return _named(name, KINDS, "kind of tree")
-
-
-def _named(name: str, known: Mapping[str, T], what: str) -> T:
-    if name in known:
-        return known[name]
-    near = difflib.get_close_matches(name, known, n=1)
-    meant = f", do you mean {near[0]}?" if near else ";"
-    msg = f"unknown {what} {name!r}{meant} known: {', '.join(known) or 'none'}"
-    raise UsageError(msg)
+    return named(name, KINDS, "kind of tree")

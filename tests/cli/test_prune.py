@@ -100,7 +100,7 @@ def test_ties_are_said_to_need_growth_and_idle_work_is_told(call, oak, tmp_path)
     [
         (["--operation", "thinn"], "unknown operation 'thinn', do you mean thin?"),
         (["--operation", "thin", "--shar", 0.1], "thin: unknown key shar, do you mean share?"),
-        (["--operation", "thin", "--share", 0.9], "share = 0.9 is not possible"),
+        (["--operation", "thin", "--share", 0.9], "share = 0.9 is not allowed"),
         (["--operation", "cut-to-bud", "--position", "-9,0,0"], "no branch is within 0.5 m of (-9.00, "),
         (["--operation", "cut-to-bud", "--order", 0], "goes through the foot"),
         (["--operation", "facing-bud"], "must know which branches are meant"),

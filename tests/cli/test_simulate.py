@@ -140,7 +140,7 @@ def test_every_species_grows(call, tmp_path, species):
         (("--years", 2, "--every", 0), 2, "--every"),
         (("--years", 2, "--species", "popler"), 2, "unknown species 'popler', do you mean poplar"),
         (("--years", 2, "--species", "x"), 2, "known: apple, broadleaf, conifer, poplar"),
-        (("--years", 2, "--set", "alpa=3"), 2, "unknown parameter of growth alpa, do you mean alpha"),
+        (("--years", 2, "--set", "alpa=3"), 2, "unknown key alpa, do you mean alpha"),
         (("--years", 2, "--set", "alpha=-3"), 2, "alpha = -3 is not allowed; give a number > 0"),
         (("--years", 2, "--set", "alpha"), 2, "is not KEY=VALUE"),
         (("--years", 2, "--formats", "lsjso"), 2, "do you mean lsjson"),

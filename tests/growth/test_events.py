@@ -100,7 +100,7 @@ def test_any_programme_survives_the_file(tmp_path_factory, operation, year, more
     [
         ('year = 3\noperation = "crownraise"', UsageError, "event 1: unknown operation .* mean crown-raise"),
         ('year = 3\noperation = "thin"\nshar = 0.1', UsageError, "thin: unknown key shar, do you mean share"),
-        ('year = 3\noperation = "thin"\nshare = 0.9', UsageError, "share = 0.9 is not possible"),
+        ('year = 3\noperation = "thin"\nshare = 0.9', UsageError, "share = 0.9 is not allowed"),
         ('year = -1\noperation = "thin"', UsageError, "year = -1 is not possible; give a whole"),
         ('year = 2000\noperation = "thin"', UsageError, "year = 2000 is not possible"),
         ('year = 3\nuntil = 2\noperation = "thin"', UsageError, "until, 2, is before year, 3; give"),
