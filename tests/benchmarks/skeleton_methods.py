@@ -106,6 +106,8 @@ def measured(cloud: Any, tree: Any, method: str) -> dict[str, Any]:
 
 def case(out: Path, known: dict[str, Any], grow: Any, name: str) -> dict[str, Any]:
     """All methods on one scan; from the file where they are there."""
+    from pipeline.errors import NotATreeError
+
     path = out / "cases" / f"{known['kind']}_{known['habit']}_{known['seed']}_{name.replace(', ', '-')}.json"
     told: dict[str, Any] = (
         json.loads(path.read_text()) if path.is_file() else {**known, "scan": name, "methods": {}}
@@ -114,7 +116,13 @@ def case(out: Path, known: dict[str, Any], grow: Any, name: str) -> dict[str, An
     if not wanted:
         return told
     tree = grow()
-    cloud = scanned(tree, name, known["seed"])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        cloud = scanned(tree, name, known["seed"])
+    except NotATreeError as error:  # a small tree from far above
+        told |= {"points": 0, "spacing_mm": None, "methods": {key: {"error": str(error)} for key in METHODS}}
+        path.write_text(json.dumps(told, indent=1) + "\n")
+        return told
     dropped = cloud.metadata["dropped"].get("leaf", 0)
     told |= {
         "points": len(cloud),
@@ -124,7 +132,6 @@ def case(out: Path, known: dict[str, Any], grow: Any, name: str) -> dict[str, An
     }
     for method in wanted:
         told["methods"][method] = measured(cloud, tree, method)
-    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(told, indent=1) + "\n")
     return told
 
@@ -155,7 +162,8 @@ def _one_table(results: Sequence[dict[str, Any]], title: str, keys: dict[str, in
     ]
     for kind in (*dict.fromkeys(result["kind"] for result in results), "all"):
         for name in SCANS:
-            group = [r for r in results if r["scan"] == name and kind in (r["kind"], "all")]
+            asked = [r for r in results if r["scan"] == name and kind in (r["kind"], "all")]
+            group = [r for r in asked if r["points"]]  # of the others nothing is known
             if group:
                 spacing = np.median([r["spacing_mm"] for r in group]) / 10
                 cells = (_cell(group, method, keys) for method in METHODS)
