@@ -40,7 +40,7 @@ def work_through(
     workers: int,
     lost: Callable[[Task, int | None], Result],
 ) -> Generator[tuple[int, Result], None, None]:
-    """Give every task to `work`, on several processes.
+    """Give every task to `work`, on other processes, so that none takes this one along.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def work_through(
         Can be pickled; what goes wrong with a task is part of its result.
     tasks : sequence
     workers : int
-        Number of processes; with 1 the work is done in this one.
+        Number of processes. With 1 and a single task the work is done in this one.
     lost : callable
         Makes the result of a task whose process died, from the task and the exit code.
 
@@ -57,7 +57,7 @@ def work_through(
     int, result
         Number of the task and its result, as they are done.
     """
-    if workers == 1:
+    if workers == 1 and len(tasks) <= 1:
         yield from enumerate(map(work, tasks))
         return
     one_thread()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 
 import pytest
 
@@ -15,13 +16,18 @@ def done(tasks, workers):
     return dict(work_through(eval, tasks, workers=workers, lost=lambda task, code: (task, code)))
 
 
+def test_a_single_task_needs_no_process():
+    assert done(["__import__('os').getpid()"], 1) == {0: os.getpid()}
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_every_task_has_its_result(workers):
     assert done(["1 + 1", "'a' * 3", "6 * 7"], workers) == {0: 2, 1: "aaa", 2: 42}
 
 
-def test_a_worker_that_dies_takes_only_its_own_task_along():
-    assert done(["1", DEATH, "3", DEATH, "5"], 2) == {0: 1, 1: (DEATH, 9), 2: 3, 3: (DEATH, 9), 4: 5}
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_worker_that_dies_takes_only_its_own_task_along(workers):
+    assert done(["1", DEATH, "3", DEATH, "5"], workers) == {0: 1, 1: (DEATH, 9), 2: 3, 3: (DEATH, 9), 4: 5}
 
 
 def test_a_worker_that_is_killed_is_told_by_its_signal():
