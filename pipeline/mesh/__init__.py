@@ -5,8 +5,9 @@ mesh files may want: rounded bends, leaves, less detail; `union` joins the tubes
 
 | file | what |
 |---|---|
-| `surface` | the axes of a tree, and a tube around each |
-| `tube`, `rings`, `vector` | one proper tube; compiled |
+| `axes`, `surface` | the axes of a tree, all in one set of arrays, and a tube around each |
+| `tube`, `rings`, `touching`, `vector` | proper tubes; compiled |
+| `wrapping` | where they lie in a picture of bark |
 | `smoothing` | rounded bends |
 | `detail` | levels of detail with one silhouette |
 | `foliage` | leaves at the tips |

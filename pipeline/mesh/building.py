@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
+from pipeline.mesh.axes import Axes
 from pipeline.mesh.detail import coarser, reduced, spikes
 from pipeline.mesh.foliage import foliage
 from pipeline.mesh.options import MeshOptions
 from pipeline.mesh.smoothing import smoothed
-from pipeline.mesh.surface import MITRE, Axis, axes_of, drawn, rings_of
+from pipeline.mesh.surface import axes_of, drawn, settle
 from pipeline.mesh.triangles import Flags, Mesh, together, with_normals
-from pipeline.mesh.tube import Rules, tube
 from pipeline.model import TreeModel
 
 
@@ -45,20 +43,16 @@ def finest(tree: TreeModel, options: MeshOptions) -> tuple[Mesh, Flags]:
     """Draw the bark with every node, and say which faces close the end of a tube."""
     axes = axes_of(tree, options)
     if options.smooth:
-        axes = [smoothed(axis, options) for axis in settled(axes, options)]
+        axes = smoothed(settled(axes, options), options)
     return drawn(axes, tree.skeleton, options)
 
 
-def settled(axes: Sequence[Axis], options: MeshOptions) -> list[Axis]:
+def settled(axes: Axes, options: MeshOptions) -> Axes:
     """Return the axes with those nodes alone that carry a ring, without the axes that draw nothing."""
-    rules = Rules(options.ring_gap_m, MITRE)
-    rings = rings_of(axes, options) if axes else []
-    kept = [tube(ring, rules).kept for ring in rings]
-    return [
-        Axis(axis.branch, axis.points[at], axis.radius[at], axis.spare[at])
-        for axis, at in zip(axes, kept, strict=True)
-        if len(at)
-    ]
+    _, made = settle(axes, options)
+    carries = np.zeros(len(axes.points), dtype=bool)
+    carries[made.kept] = True
+    return axes.only(carries)
 
 
 def wood(tree: TreeModel, options: MeshOptions) -> tuple[Mesh, Flags]:

@@ -14,18 +14,18 @@ all tolerances at once: every node gets the tolerance below which it stays.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pipeline.geometry.compiled import compiled
+from pipeline.mesh.axes import Axes, Index, nodes_of
 from pipeline.mesh.options import MeshOptions
-from pipeline.mesh.surface import Axis, side_counts
+from pipeline.mesh.surface import side_counts
 from pipeline.mesh.triangles import Flags, Mesh, empty
-from pipeline.model import Floats, Skeleton, TreeModel
+from pipeline.mesh.vector import length, minus, row
+from pipeline.model import Floats, Ints, Skeleton, TreeModel
 
 SHORT = 0.25
 """A missing branch is less of a loss than a bend of its length."""
@@ -70,15 +70,13 @@ def coarser(options: MeshOptions) -> MeshOptions:
     return options.model_copy(update=fewer)
 
 
-def reduced(
-    tree: TreeModel, axes: Sequence[Axis], options: MeshOptions, most: int
-) -> tuple[list[Axis], list[Axis]]:
+def reduced(tree: TreeModel, axes: Axes, options: MeshOptions, most: int) -> tuple[Axes, Axes]:
     """Leave out nodes and branches until at most so many triangles are drawn.
 
     Parameters
     ----------
     tree : TreeModel
-    axes : sequence of Axis
+    axes : Axes
         Those of the tree, node by node.
     options : MeshOptions
         As `coarser` returns them.
@@ -87,31 +85,40 @@ def reduced(
 
     Returns
     -------
-    axes, spikes : list of Axis
+    axes, spikes : Axes
         What to draw as tubes and, with two points each, as spikes.
     """
-    weights = weigh(tree, axes)
+    node = nodes_of(tree, axes.branch)
+    weights = weigh(tree, axes, node)
     steps = np.unique(np.concatenate([[0.0], weights.branch, weights.node]))
+    sides = side_counts(axes.radius, options)
     low, high = 0, len(steps) - (2 if np.isinf(steps[-1]) else 1)
     while low < high:  # the fewest left out that are enough
         middle = (low + high) // 2
-        if triangles(tree, axes, weights, float(steps[middle]), options) <= most:
+        left = staying(axes, node, weights, float(steps[middle]))
+        if triangles(axes.only(left), sides[left], options) <= most:
             high = middle
         else:
             low = middle + 1
-    chosen = footed(tree, axes, weights, float(steps[high]))
-    tubes = [axis for axis in chosen if not is_spike(axis, options)]
-    spikes = [axis for axis in chosen if is_spike(axis, options)]
-    return tubes, [axis for axis in spikes if np.ptp(axis.points, axis=0).max() >= options.ring_gap_m]
+    left = staying(axes, node, weights, float(steps[high]))
+    footed = axes._replace(points=moved(tree.skeleton.xyz, node, axes.first, axes.points, left)).only(left)
+    sharp = spiky(footed, sides[left], options)
+    of_spike = np.repeat(sharp, np.diff(footed.first))
+    thin = footed.only(of_spike)
+    ends = np.stack([thin.points[thin.foot], thin.points[thin.tip]])
+    long = np.ptp(ends, axis=0).max(axis=1, initial=0.0) >= options.ring_gap_m
+    return footed.only(~of_spike), thin.only(np.repeat(long, np.diff(thin.first)))
 
 
-def weigh(tree: TreeModel, axes: Sequence[Axis]) -> Weights:
+def weigh(tree: TreeModel, axes: Axes, node: Ints) -> Weights:
     """Weigh branches and nodes.
 
     Parameters
     ----------
     tree : TreeModel
-    axes : sequence of Axis
+    axes : Axes
+    node : (K,) array of int32
+        The nodes that the axes go through.
 
     Returns
     -------
@@ -119,20 +126,42 @@ def weigh(tree: TreeModel, axes: Sequence[Axis]) -> Weights:
     """
     skeleton = tree.skeleton
     above = skeleton.branch_parent.tolist()
-    branch, node = np.zeros(len(above)), np.full(len(tree), np.inf)
-    for axis in axes:
-        chain = np.column_stack([axis.points, axis.radius])
-        branch[axis.branch] = SHORT * np.linalg.norm(np.diff(axis.points, axis=0), axis=1).sum()
-        node[skeleton.paths[axis.branch][1:-1]] = tolerances(chain)[1:-1]
+    branch, weight = np.zeros(len(above)), np.full(len(tree), np.inf)
+    step = np.linalg.norm(np.diff(axes.points, axis=0), axis=1)
+    for number, foot, tip in zip(axes.branch.tolist(), axes.foot.tolist(), axes.tip.tolist(), strict=True):
+        branch[number] = SHORT * step[foot:tip].sum()
+    inner = np.ones(len(node), dtype=bool)
+    inner[axes.foot] = inner[axes.tip] = False
+    weight[node[inner]] = all_tolerances(np.column_stack([axes.points, axes.radius]), axes.first)[inner]
     stem = skeleton.paths[0]
-    node[stem] *= STEM
+    weight[stem] *= STEM
     held = np.unique([np.argmax(skeleton.xyz @ to + tree.radius) for to in SUPPORTS])
-    node[held] = np.inf
+    weight[held] = np.inf
     branch[skeleton.branch[held]] = np.inf
     for b in range(len(above) - 1, 0, -1):
         branch[above[b]] = max(branch[above[b]], branch[b])
     branch[0] = np.inf
-    return Weights(branch, node)
+    return Weights(branch, weight)
+
+
+@compiled
+def all_tolerances(chains: Floats, first: Index) -> Floats:
+    """Return the `tolerances` of one chain after another.
+
+    Parameters
+    ----------
+    chains : (K, D) array of float64
+    first : (A + 1,) array of int64
+        Where each chain begins, and where the last one ends.
+
+    Returns
+    -------
+    (K,) array of float64
+    """
+    out = np.empty(len(chains))
+    for a in range(len(first) - 1):
+        out[first[a] : first[a + 1]] = tolerances(chains[first[a] : first[a + 1]])
+    return out
 
 
 @compiled
@@ -173,57 +202,77 @@ def tolerances(chain: Floats) -> Floats:
     return out
 
 
-def triangles(
-    tree: TreeModel, axes: Sequence[Axis], weights: Weights, limit: float, options: MeshOptions
-) -> int:
-    """Count the triangles that are left when all goes whose weight is not above `limit`."""
-    total = 0
-    paths = tree.skeleton.paths
-    for axis in axes:
-        if weights.branch[axis.branch] > limit:
-            left = stays(paths[axis.branch], weights, limit)
-            sides = side_counts(axis.radius[left], options)
-            sharp = options.lod >= SPIKES_FROM and len(sides) == 2 and sides.max() == 3
-            total += 4 if sharp else 2 * int(sides.sum()) - 4
-    return total
+def staying(axes: Axes, node: Ints, weights: Weights, limit: float) -> Flags:
+    """Tell which points stay: of the branches that weigh more than `limit`, foot, tip, and nodes that do."""
+    left = weights.node[node] > limit
+    left[axes.foot] = left[axes.tip] = True
+    return np.asarray(left & np.repeat(weights.branch[axes.branch] > limit, np.diff(axes.first)))
 
 
-def stays(path: NDArray[np.int32], weights: Weights, limit: float) -> Flags:
-    """Tell which nodes of a path stay: foot, tip, and whatever weighs more than `limit`."""
-    left = weights.node[path] > limit
-    left[[0, -1]] = True
-    return np.asarray(left)
+def triangles(axes: Axes, sides: Index, options: MeshOptions) -> int:
+    """Count the triangles of axes whose points all carry a ring."""
+    if not len(axes.branch):
+        return 0
+    each = np.where(spiky(axes, sides, options), 4, 2 * np.add.reduceat(sides, axes.foot) - 4)
+    return int(each.sum())
 
 
-def is_spike(axis: Axis, options: MeshOptions) -> bool:
-    """Tell whether an axis is so straight and thin that a spike will do."""
-    thin = side_counts(axis.radius, options).max() == 3
-    return options.lod >= SPIKES_FROM and len(axis.points) == 2 and thin
+def spiky(axes: Axes, sides: Index, options: MeshOptions) -> Flags:
+    """Tell which axes are so straight and thin that a spike will do."""
+    straight = np.diff(axes.first) == 2
+    thin = np.maximum(sides[axes.foot], sides[axes.tip]) == 3
+    return np.asarray(straight & thin & (options.lod >= SPIKES_FROM))
 
 
-def footed(tree: TreeModel, axes: Sequence[Axis], weights: Weights, limit: float) -> list[Axis]:
-    """Return what is left of the axes, every branch beginning on what is left of its parent."""
-    moved = tree.skeleton.xyz.copy()
-    kept = []
-    for axis in axes:
-        if weights.branch[axis.branch] <= limit:
+@compiled
+def moved(xyz: Floats, node: Ints, first: Index, points: Floats, left: Flags) -> Floats:
+    """Return the points of axes, every branch beginning on what is left of its parent.
+
+    Parameters
+    ----------
+    xyz : (N, 3) array of float64
+        Where the nodes are.
+    node : (K,) array of int32
+        The nodes that the axes go through, parents' before their children's.
+    first : (A + 1,) array of int64
+        Where each axis begins, and where the last one ends.
+    points : (K, 3) array of float64
+    left : (K,) array of bool
+        Which points stay; the nodes between them move onto the straight line. Axes without any stay put.
+
+    Returns
+    -------
+    (K, 3) array of float64
+    """
+    place, out = xyz.copy(), points.copy()
+    for a in range(len(first) - 1):
+        foot, tip = first[a], first[a + 1] - 1
+        if not left[foot]:
             continue
-        path = tree.skeleton.paths[axis.branch]
-        left = stays(path, weights, limit)
-        points = np.concatenate([moved[path[:1]], axis.points[1:]])
-        arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(axis.points, axis=0), axis=1))])
-        for k in range(3):
-            moved[path[1:], k] = np.interp(arc, arc[left], points[left, k])[1:]
-        kept.append(Axis(axis.branch, points[left], axis.radius[left], axis.spare[left]))
-    return kept
+        out[foot] = place[node[foot]]
+        arc = np.zeros(tip - foot + 1)
+        for i in range(1, len(arc)):
+            arc[i] = arc[i - 1] + length(minus(row(points, foot + i), row(points, foot + i - 1)))
+        at = np.flatnonzero(left[foot : tip + 1])
+        low = 0
+        for i in range(1, len(arc)):
+            while low < len(at) - 1 and arc[at[low + 1]] <= arc[i]:
+                low += 1
+            for k in range(3):
+                value = out[foot + at[low], k]
+                if arc[i] != arc[at[low]]:
+                    slope = (out[foot + at[low + 1], k] - value) / (arc[at[low + 1]] - arc[at[low]])
+                    value = slope * (arc[i] - arc[at[low]]) + value
+                place[node[foot + i], k] = value
+    return out
 
 
-def spikes(axes: Sequence[Axis], skeleton: Skeleton) -> Mesh:
+def spikes(axes: Axes, skeleton: Skeleton) -> Mesh:
     """Draw each axis as a closed, three-sided spike from its foot to its tip.
 
     Parameters
     ----------
-    axes : sequence of Axis
+    axes : Axes
         Two points each, that do not coincide.
     skeleton : Skeleton
         Gives origin and reference system.
@@ -232,19 +281,18 @@ def spikes(axes: Sequence[Axis], skeleton: Skeleton) -> Mesh:
     -------
     Mesh
     """
-    if not axes:
+    if not len(axes.branch):
         return empty(skeleton.origin, skeleton.crs)
-    foot, tip = (np.array([axis.points[k] for axis in axes]) for k in (0, -1))
+    foot, tip = axes.points[axes.foot], axes.points[axes.tip]
     along = (tip - foot) / np.linalg.norm(tip - foot, axis=1, keepdims=True)
     helper = np.eye(3)[np.argmin(np.abs(along), axis=1)]
     right = np.cross(along, helper)
     right /= np.linalg.norm(right, axis=1, keepdims=True)
     ahead = np.cross(along, right)
-    wide = SPIKE_CORNER * np.array([axis.radius.sum() for axis in axes])[:, None]
+    wide = SPIKE_CORNER * (axes.radius[axes.foot] + axes.radius[axes.tip])[:, None]
     turns = 2 * np.pi * np.arange(3) / 3
     base = [foot + wide * (np.cos(turn) * right + np.sin(turn) * ahead) for turn in turns]
     vertices = np.stack([*base, tip], axis=1)
     faces = np.array([[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]])
-    every = (faces + 4 * np.arange(len(axes))[:, None, None]).reshape(-1, 3).astype(np.int32)
-    branch = np.repeat(np.array([axis.branch for axis in axes], dtype=np.int32), 4)
-    return Mesh(vertices.reshape(-1, 3), every, branch, skeleton.origin, skeleton.crs)
+    every = (faces + 4 * np.arange(len(foot))[:, None, None]).reshape(-1, 3).astype(np.int32)
+    return Mesh(vertices.reshape(-1, 3), every, np.repeat(axes.branch, 4), skeleton.origin, skeleton.crs)

@@ -7,9 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.geometry.compiled import compiled
+from pipeline.mesh.axes import Index, nodes_of
 from pipeline.mesh.options import MeshOptions
 from pipeline.mesh.triangles import Mesh, empty
-from pipeline.model import Floats, TreeModel
+from pipeline.mesh.vector import length, minus, put, row
+from pipeline.model import Floats, Ints, TreeModel
 
 GOLDEN_TURN = np.pi * (3.0 - np.sqrt(5.0))
 """From one leaf to the next around the twig: 137.5 degrees, the commonest spiral phyllotaxis."""
@@ -92,25 +95,70 @@ def foliage(tree: TreeModel, options: MeshOptions) -> Mesh:
 
 def places(tree: TreeModel, options: MeshOptions, generator: np.random.Generator) -> Places:
     """Spread the leaves of every branch over its last stretch, from the tip down."""
-    paths = [(b, path) for b, path in enumerate(tree.skeleton.paths) if len(path) > 1]
-    each = options.leaves_per_tip
-    at, along, radius = (np.zeros((len(paths), each, *shape)) for shape in ((3,), (3,), ()))
-    jitter = generator.uniform(0.0, 1.0, (len(paths), each))
-    for row, (_, path) in enumerate(paths):
-        upward = tree.skeleton.xyz[path[::-1]]
-        arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(upward, axis=0), axis=1))])
-        zone = min(options.leaf_zone_m, 0.8 * arc[-1])
-        down = zone * (np.arange(each) - 0.5 + jitter[row]).clip(0) / each
-        down[0] = 0.0
-        for k in range(3):
-            at[row, :, k] = np.interp(down, arc, upward[:, k])
-        later = np.searchsorted(arc, down, side="right").clip(1, len(arc) - 1)
-        along[row] = upward[later - 1] - upward[later]
-        radius[row] = np.interp(down, arc, tree.radius[path[::-1]])
-    first = generator.uniform(0.0, 2 * np.pi, (len(paths), 1))
-    turn = first + GOLDEN_TURN * np.arange(each) + generator.normal(0.0, 0.2, (len(paths), each))
-    branch = np.repeat([b for b, _ in paths], each)
-    return Places(at.reshape(-1, 3), unit(along.reshape(-1, 3)), radius.ravel(), branch, turn.ravel())
+    skeleton, each = tree.skeleton, options.leaves_per_tip
+    size = np.array([len(path) for path in skeleton.paths])
+    twig = np.flatnonzero(size > 1)
+    jitter = generator.uniform(0.0, 1.0, (len(twig), each))
+    share = (np.arange(each) - 0.5 + jitter).clip(0)
+    share[:, 0] = 0.0
+    first = np.concatenate([[0], np.cumsum(size[twig])])
+    at, along, radius = spread(
+        np.column_stack([skeleton.xyz, tree.radius]), nodes_of(tree, twig), first, share, options.leaf_zone_m
+    )
+    start = generator.uniform(0.0, 2 * np.pi, (len(twig), 1))
+    turn = start + GOLDEN_TURN * np.arange(each) + generator.normal(0.0, 0.2, (len(twig), each))
+    return Places(at, unit(along), radius, np.repeat(twig, each), turn.ravel())
+
+
+@compiled
+def spread(
+    thick: Floats, node: Ints, first: Index, share: Floats, zone_m: float
+) -> tuple[Floats, Floats, Floats]:
+    """Go down from the tips of paths.
+
+    Parameters
+    ----------
+    thick : (N, 4) array of float64
+        Position and radius of every node.
+    node : (K,) array of int32
+        The nodes on the paths, each from foot to tip.
+    first : (A + 1,) array of int64
+        Where each path begins, and where the last one ends.
+    share : (A, L) array of float64
+        How far to go on each path, as parts of the zone, of which there are L.
+    zone_m : float
+        Length of the zone, metres; it is at most four fifths of the path.
+
+    Returns
+    -------
+    at, along : (A * L, 3) arrays of float64
+        The places, and the directions of their segments towards the tip.
+    radius : (A * L,) array of float64
+    """
+    each = share.shape[1]
+    at, along, radius = np.empty((share.size, 3)), np.empty((share.size, 3)), np.empty(share.size)
+    for a in range(len(share)):
+        upward = thick[node[first[a] : first[a + 1]][::-1]]
+        last = len(upward) - 1
+        arc = np.zeros(last + 1)
+        for i in range(last):
+            arc[i + 1] = arc[i] + length(minus(row(upward, i + 1), row(upward, i)))
+        zone = min(zone_m, 0.8 * arc[last])
+        for j in range(each):
+            down = zone * share[a, j] / each
+            low = np.searchsorted(arc, down, side="right") - 1
+            later = min(low + 1, last)
+            here = a * each + j
+            put(minus(row(upward, later - 1), row(upward, later)), along, here)
+            for k in range(4):
+                value = upward[low, k]
+                if arc[low] != down:
+                    value = (upward[later, k] - value) / (arc[later] - arc[low]) * (down - arc[low]) + value
+                if k < 3:
+                    at[here, k] = value
+                else:
+                    radius[here] = value
+    return at, along, radius
 
 
 def hung(

@@ -12,7 +12,7 @@ from pipeline.errors import MissingExtraError, ModelError
 from pipeline.mesh.building import build
 from pipeline.mesh.options import MeshOptions
 from pipeline.mesh.triangles import Mesh, together
-from pipeline.model import TreeModel
+from pipeline.model import Floats, Ints, TreeModel
 
 
 def union(source: TreeModel | Mesh, *, options: MeshOptions | None = None) -> Mesh:
@@ -48,9 +48,15 @@ def union(source: TreeModel | Mesh, *, options: MeshOptions | None = None) -> Me
     manifold = _manifold()
     mesh = source if isinstance(source, Mesh) else build(source, options=options)
     bark, leaves = mesh.only(~mesh.leaf), mesh.only(mesh.leaf)
-    parts = [_solid(manifold, bark, b) for b in np.unique(bark.branch).tolist()]
-    owner = {part.original_id(): b for part, b in parts}
-    joined = manifold.Manifold.batch_boolean([part for part, _ in parts], manifold.OpType.Add).to_mesh64()
+    order = np.argsort(bark.branch, kind="stable")
+    numbers, starts = np.unique(bark.branch[order], return_index=True)
+    tubes = np.split(bark.faces[order], starts[1:]) if len(starts) else []
+    parts = [
+        _solid(manifold, bark.vertices, faces, branch)
+        for branch, faces in zip(numbers.tolist(), tubes, strict=True)
+    ]
+    owner = {part.original_id(): branch for part, branch in zip(parts, numbers.tolist(), strict=True)}
+    joined = manifold.Manifold.batch_boolean(parts, manifold.OpType.Add).to_mesh64()
     size = np.diff(joined.run_index) // 3
     branch = np.repeat([owner[number] for number in joined.run_original_id], size)
     bare = replace(
@@ -74,12 +80,12 @@ def _manifold() -> Any:
         raise MissingExtraError(msg) from error
 
 
-def _solid(manifold: Any, bark: Mesh, branch: int) -> tuple[Any, int]:
+def _solid(manifold: Any, vertices: Floats, faces: Ints, branch: int) -> Any:
     """Return the tube of one branch as a solid that remembers where it comes from."""
-    one = bark.only(bark.branch == branch)
-    made = manifold.Manifold(manifold.Mesh64(one.vertices.copy(), one.faces.astype(np.uint64)))
+    used, corner = np.unique(faces, return_inverse=True)
+    made = manifold.Manifold(manifold.Mesh64(vertices[used], corner.reshape(-1, 3).astype(np.uint64)))
     if made.status() != manifold.Error.NoError:
         why = made.status().name
         msg = f"the tube of branch {branch} is not closed ({why}); join what `tubes` or `build` draws"
         raise ModelError(msg)
-    return made.as_original(), branch
+    return made.as_original()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.geometry.compiled import compiled
-from pipeline.mesh.vector import across, cross, dot, length, mix, turned, unit
+from pipeline.mesh.vector import Vector, across, cross, dot, length, minus, mix, put, row, turned, unit
 from pipeline.model import Floats, Ints
 
 Index = NDArray[np.int64]
@@ -27,6 +27,8 @@ class Rings(NamedTuple):
         Distance of the corners from the axis, > 0.
     sides : (K,) array of int64
         Corners of each ring, >= 3.
+    edge : (K,) array of float64
+        Length of a side.
     spare : (K,) array of bool
         Rings that go before any other goes.
     """
@@ -34,6 +36,7 @@ class Rings(NamedTuple):
     points: Floats
     corner: Floats
     sides: Index
+    edge: Floats
     spare: Flags
 
 
@@ -51,16 +54,24 @@ def apart(points: Floats, gap: float) -> Index:
     kept = np.zeros(len(points), dtype=np.int64)
     count = 1
     for i in range(1, len(points)):
-        if length(mix(1.0, points[i], -1.0, points[kept[count - 1]])) >= gap:
+        if length(minus(row(points, i), row(points, kept[count - 1]))) >= gap:
             kept[count] = i
             count += 1
     last = len(points) - 1
     if count > 1:
         kept[count - 1] = last  # the tip lies within the gap of the last one kept
-    if count > 2 and length(mix(1.0, points[last], -1.0, points[kept[count - 2]])) < gap:
+    if count > 2 and length(minus(row(points, last), row(points, kept[count - 2]))) < gap:
         kept[count - 2] = last
         count -= 1
     return kept[:count].copy()
+
+
+@compiled
+def chosen(rings: Rings, kept: Index) -> Rings:
+    """Return those rings alone."""
+    return Rings(
+        rings.points[kept], rings.corner[kept], rings.sides[kept], rings.edge[kept], rings.spare[kept]
+    )
 
 
 @compiled
@@ -73,41 +84,43 @@ def ring_planes(points: Floats, mitre: float) -> Planes:
     axis = np.zeros((count, 3))
     bent = np.zeros((count, 3))
     stretch = np.ones(count)
-    before = unit(mix(1.0, points[1], -1.0, points[0]))
-    axis[0] = before
+    before = unit(minus(row(points, 1), row(points, 0)))
+    put(before, axis, 0)
     for k in range(1, count - 1):
-        after = unit(mix(1.0, points[k + 1], -1.0, points[k]))
+        after = unit(minus(row(points, k + 1), row(points, k)))
         half = mix(0.5, before, 0.5, after)
         share = length(half)  # cosine of half the bend
-        axis[k] = unit(half) if share > 1e-6 else across(before)
+        middle = unit(half) if share > 1e-6 else across(before)
+        put(middle, axis, k)
         if share < 1 - 1e-12:
-            bent[k] = unit(mix(1.0, before, -dot(before, axis[k]), axis[k]))
+            put(unit(mix(1.0, before, -dot(before, middle), middle)), bent, k)
             stretch[k] = 1.0 / share if share * mitre > 1.0 else mitre
         before = after
-    axis[count - 1] = before
+    put(before, axis, count - 1)
     return Planes(axis, bent, stretch)
 
 
 @compiled
-def reach(k: int, direction: Floats, planes: Planes) -> float:
+def reach(k: int, direction: Vector, planes: Planes) -> float:
     """Return how far ring `k`, an ellipse of corner distance 1, reaches from its centre along `direction`."""
-    circle = 1.0 - dot(planes.axis[k], direction) ** 2
-    drawn_out = (planes.stretch[k] ** 2 - 1.0) * dot(planes.bent[k], direction) ** 2
+    circle = 1.0 - dot(row(planes.axis, k), direction) ** 2
+    drawn_out = (planes.stretch[k] ** 2 - 1.0) * dot(row(planes.bent, k), direction) ** 2
     return math.sqrt(max(circle + drawn_out, 0.0))
 
 
 @compiled
 def crossing(rings: Rings, planes: Planes, gap: float) -> Index:
     """Return the rings to leave out because they cut a neighbour; no two of them adjoin."""
-    points, corner, axis, stretch = rings.points, rings.corner, planes.axis, planes.stretch
+    points, corner, stretch = rings.points, rings.corner, planes.stretch
     lost = np.zeros(len(points), dtype=np.int64)
     count = 0
     last = len(points) - 1
     k = 0
     while k < last:
-        step = mix(1.0, points[k + 1], -1.0, points[k])
-        above = dot(step, axis[k]) - corner[k + 1] * reach(k + 1, axis[k], planes)
-        below = dot(step, axis[k + 1]) - corner[k] * reach(k, axis[k + 1], planes)
+        step = minus(row(points, k + 1), row(points, k))
+        low, high = row(planes.axis, k), row(planes.axis, k + 1)
+        above = dot(step, low) - corner[k + 1] * reach(k + 1, low, planes)
+        below = dot(step, high) - corner[k] * reach(k, high, planes)
         folded = length(step) >= corner[k] * stretch[k] + corner[k + 1] * stretch[k + 1] + gap
         if min(above, below) < gap and not folded:
             worst = k + 1
@@ -126,23 +139,30 @@ def crossing(rings: Rings, planes: Planes, gap: float) -> Index:
 def ring_corners(rings: Rings, planes: Planes) -> Floats:
     """Place the corners of every ring, counter-clockwise about its axis."""
     points, corner, sides = rings.points, rings.corner, rings.sides
-    axis, bent, stretch = planes.axis, planes.bent, planes.stretch
-    vertices = np.zeros((sides.sum(), 3))
+    total, most, many = 0, 0, 0
+    for count in sides:
+        total, most = total + count, max(most, count)
+    vertices, circle = np.empty((total, 3)), np.empty((most, 2))
     placed = 0
-    before = axis[0]
+    before = row(planes.axis, 0)
     right = across(before)
     for k in range(len(points)):
-        right = turned(right, before, axis[k])
-        ahead = cross(axis[k], right)
-        for i in range(sides[k]):
-            turn = 2 * math.pi * i / sides[k]
-            arm = mix(math.cos(turn), right, math.sin(turn), ahead)
-            arm = mix(1.0, arm, (stretch[k] - 1.0) * dot(bent[k], arm), bent[k])
-            vertices[placed] = mix(1.0, points[k], corner[k], arm)
+        if sides[k] != many:
+            many = sides[k]
+            for i in range(many):
+                turn = 2 * math.pi * i / many
+                circle[i, 0], circle[i, 1] = math.cos(turn), math.sin(turn)
+        centre, axis, bent = row(points, k), row(planes.axis, k), row(planes.bent, k)
+        right = turned(right, before, axis)
+        ahead = cross(axis, right)
+        for i in range(many):
+            arm = mix(circle[i, 0], right, circle[i, 1], ahead)
+            arm = mix(1.0, arm, (planes.stretch[k] - 1.0) * dot(bent, arm), bent)
+            put(mix(1.0, centre, corner[k], arm), vertices, placed)
             placed += 1
         if k < len(points) - 1:
-            before = unit(mix(1.0, points[k + 1], -1.0, points[k]))
-            right = turned(right, axis[k], before)
+            before = unit(minus(row(points, k + 1), centre))
+            right = turned(right, axis, before)
     return vertices
 
 
@@ -163,10 +183,10 @@ def skin(first: Index) -> Ints:
             low, high = a + i % na, b + j % nb
             if j == nb or (i < na and (i + 1) * nb <= (j + 1) * na):
                 i += 1
-                faces[count] = (low, a + i % na, high)
+                triangle(low, a + i % na, high, faces, count)
             else:
                 j += 1
-                faces[count] = (low, b + j % nb, high)
+                triangle(low, b + j % nb, high, faces, count)
             count += 1
     for k in (0, rings - 1):
         low, high = first[k], first[k + 1] - 1
@@ -174,9 +194,9 @@ def skin(first: Index) -> Ints:
         while high - low > 1:  # a strip across the end, from side to side
             middle = low + 1 if from_low else high - 1
             if k == 0:
-                faces[count] = (low, high, middle)
+                triangle(low, high, middle, faces, count)
             else:
-                faces[count] = (low, middle, high)
+                triangle(low, middle, high, faces, count)
             low, high = (middle, high) if from_low else (low, middle)
             from_low = not from_low
             count += 1
@@ -184,41 +204,25 @@ def skin(first: Index) -> Ints:
 
 
 @compiled
-def flat_ring(vertices: Floats, faces: Ints, first: Index, rings: Rings, flat: float) -> int:
-    """Return a ring to leave out because a triangle narrower than `flat` joins it to another; -1 for none."""
-    last = len(first) - 2
-    for f in range(len(faces)):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        low = np.searchsorted(first, min(a, b, c), side="right") - 1
-        if max(a, b, c) < first[low + 1]:
-            continue  # within the end
-        u = mix(1.0, vertices[b], -1.0, vertices[a])
-        v = mix(1.0, vertices[c], -1.0, vertices[a])
-        longest = max(length(u), length(v), length(mix(1.0, u, -1.0, v)))
-        if length(cross(u, v)) < flat * longest:
-            return left_out(low, low + 1, last, rings.spare)
-    return -1
+def triangle(a: int, b: int, c: int, faces: Ints, f: int) -> None:
+    """Make three corners face `f`."""
+    faces[f, 0], faces[f, 1], faces[f, 2] = a, b, c
 
 
 @compiled
-def touching_ring(vertices: Floats, first: Index, rings: Rings, planes: Planes, gap: float) -> int:
-    """Return a ring to leave out because a corner of it touches that of a ring farther on; -1 for none.
-
-    Rings next to each other are a gap apart already, and so are rings that lie beyond each other's plane.
-    """
-    points, axis = rings.points, planes.axis
-    widest = rings.corner * planes.stretch
-    last = len(points) - 1
-    for low in range(last + 1):
-        for high in range(low + 2, last + 1):
-            step = mix(1.0, points[high], -1.0, points[low])
-            near = length(step) < widest[low] + widest[high] + gap
-            if not near or dot(step, axis[low]) >= widest[high] + gap:
-                continue
-            for i in range(first[low], first[low + 1]):
-                for j in range(first[high], first[high + 1]):
-                    if length(mix(1.0, vertices[i], -1.0, vertices[j])) < gap:
-                        return left_out(low, high, last, rings.spare)
+def flat_ring(vertices: Floats, faces: Ints, first: Index, rings: Rings, flat: float) -> int:
+    """Return a ring to leave out because a triangle narrower than `flat` joins it to another; -1 for none."""
+    last = len(first) - 2
+    f = 0
+    for low in range(last):
+        for _ in range(first[low + 2] - first[low]):  # so many faces join two rings
+            corner = row(vertices, faces[f, 0])
+            u = minus(row(vertices, faces[f, 1]), corner)
+            v = minus(row(vertices, faces[f, 2]), corner)
+            longest = max(length(u), length(v), length(minus(u, v)))
+            if length(cross(u, v)) < flat * longest:
+                return left_out(low, low + 1, last, rings.spare)
+            f += 1
     return -1
 
 

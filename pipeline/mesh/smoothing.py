@@ -11,79 +11,98 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.mesh.axes import Axes, Index
 from pipeline.mesh.options import MeshOptions
-from pipeline.mesh.surface import Axis
+from pipeline.mesh.triangles import Flags
 from pipeline.model import Floats
 
 SWING = 4.0 / 27.0
 """A cubic Hermite curve leaves its chord by at most this share of the tangents' parts across the chord."""
 
 
-def smoothed(axis: Axis, options: MeshOptions) -> Axis:
-    """Add points between the nodes of an axis, on cubic Hermite curves through the nodes.
+def smoothed(axes: Axes, options: MeshOptions) -> Axes:
+    """Add points between the nodes of axes, on cubic Hermite curves through the nodes.
 
     Parameters
     ----------
-    axis : Axis
-        Its nodes are apart, as those that carry the rings of a tube are.
+    axes : Axes
+        The nodes of each are apart, as those that carry the rings of a tube are.
     options : MeshOptions
 
     Returns
     -------
-    Axis
+    Axes
         The nodes where they were, and `subdivisions` spare points on every segment that bends; radii
         taper evenly in between. No point is farther from the skeleton than `max_swing` times the
         thinner radius of its segment.
     """
     count = options.subdivisions
-    if len(axis.points) < 3 or not count:
-        return axis
-    start, end = tangents(axis.points, axis.radius, options.max_swing)
-    step = np.diff(axis.points, axis=0)
+    foot = segments(axes)
+    if not len(foot) or not count:
+        return axes
+    start, end = tangents(axes, options.max_swing)
+    step = axes.points[foot + 1] - axes.points[foot]
     chord = np.linalg.norm(step, axis=1)
     swing = SWING * (across(start, step, chord) + across(end, step, chord))
-    bends = np.flatnonzero(swing > options.max_deviation_m / 4)
+    bends = np.flatnonzero((swing > options.max_deviation_m / 4) & crooked(axes))
     t = np.arange(1, count + 1) / (count + 1)
-    between = hermite(axis.points[bends], axis.points[bends + 1], start[bends], end[bends], t)
-    share = np.clip(np.linalg.norm(between - axis.points[bends, None], axis=2) / chord[bends, None], 0, 1)
-    radius = axis.radius[bends, None] * (1 - share) + axis.radius[bends + 1, None] * share
-    place = np.repeat(bends + 1, count)
-    return Axis(
-        axis.branch,
-        np.insert(axis.points, place, between.reshape(-1, 3), axis=0),
-        np.insert(axis.radius, place, radius.ravel()),
-        np.insert(axis.spare, place, True),
+    a = foot[bends]
+    between = hermite(axes.points[a], axes.points[a + 1], start[bends], end[bends], t)
+    share = np.clip(np.linalg.norm(between - axes.points[a, None], axis=2) / chord[bends, None], 0, 1)
+    radius = axes.radius[a, None] * (1 - share) + axes.radius[a + 1, None] * share
+    place = np.repeat(a + 1, count)
+    return Axes(
+        axes.branch,
+        axes.first + count * np.searchsorted(a, axes.first),
+        np.insert(axes.points, place, between.reshape(-1, 3), axis=0),
+        np.insert(axes.radius, place, radius.ravel()),
+        np.insert(axes.spare, place, True),
     )
 
 
-def tangents(points: Floats, radius: Floats, swing: float) -> tuple[Floats, Floats]:
+def segments(axes: Axes) -> Index:
+    """(S,) where every segment begins among the points of the axes."""
+    goes_on = np.ones(len(axes.points), dtype=bool)
+    goes_on[axes.tip] = False
+    return np.flatnonzero(goes_on)
+
+
+def crooked(axes: Axes) -> Flags:
+    """(S,) whether a segment is of an axis that has others too."""
+    count = np.diff(axes.first) - 1
+    return np.repeat(count > 1, count)
+
+
+def tangents(axes: Axes, swing: float) -> tuple[Floats, Floats]:
     """Return the tangents at both ends of every segment.
 
     Parameters
     ----------
-    points : (K, 3) array of float64
-    radius : (K,) array of float64
+    axes : Axes
     swing : float
         How far the curve may leave a segment, as a share of its thinner radius.
 
     Returns
     -------
-    start, end : (K - 1, 3) array of float64
+    start, end : (S, 3) array of float64
         Along the line that halves the bend; along the axis at its foot and tip.
     """
-    step = np.diff(points, axis=0)
+    foot = segments(axes)
+    step = axes.points[foot + 1] - axes.points[foot]
     chord = np.linalg.norm(step, axis=1)
     along = step / chord[:, None]
-    heading = np.concatenate([along[:1], along[:-1] + along[1:], along[-1:]])
+    heading, shorter = np.zeros_like(axes.points), np.full(len(axes.points), np.inf)
+    for end in (foot, foot + 1):  # no two segments have the same foot, nor the same end
+        heading[end] += along
+        shorter[end] = np.minimum(shorter[end], chord)
     size = np.linalg.norm(heading, axis=1, keepdims=True)
     heading = np.where(size > 1e-6, heading / np.maximum(size, 1e-6), 0.0)
-    shorter = np.concatenate([chord[:1], np.minimum(chord[:-1], chord[1:]), chord[-1:]])
-    allowed = swing * np.minimum(radius[:-1], radius[1:]) / (2 * SWING)
+    allowed = swing * np.minimum(axes.radius[foot], axes.radius[foot + 1]) / (2 * SWING)
     reach = []
-    for at in (slice(None, -1), slice(1, None)):
-        sideways = across(heading[at], step, chord)
+    for end in (foot, foot + 1):
+        sideways = across(heading[end], step, chord)
         bound = np.where(sideways > 1e-9, allowed / np.maximum(sideways, 1e-9), np.inf)
-        reach.append(np.minimum(shorter[at], bound)[:, None] * heading[at])
+        reach.append(np.minimum(shorter[end], bound)[:, None] * heading[end])
     return reach[0], reach[1]
 
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.mesh.axes import Axes, nodes_of
 from pipeline.mesh.options import TubeOptions
 from pipeline.mesh.rings import Rings
-from pipeline.mesh.triangles import Flags, Mesh, empty
-from pipeline.mesh.tube import Rules, tube
+from pipeline.mesh.triangles import Flags, Mesh
+from pipeline.mesh.tube import Rules, Tubes, tubes_around
 from pipeline.mesh.wrapping import wrapped
 from pipeline.model import Floats, Skeleton, TreeModel
 
@@ -21,27 +18,6 @@ SIDES = np.array([3, 4, 6, 8, 12, 16, 24, 32, 48, 64])
 
 MITRE = float(np.sqrt(2.0))
 """A ring at a bend is drawn out to the ellipse of a mitre joint, up to that of a bend of 90 degrees."""
-
-
-class Axis(NamedTuple):
-    """What a tube is drawn around.
-
-    Attributes
-    ----------
-    branch : int
-        Branch number.
-    points : (K, 3) array of float64
-        From foot to tip.
-    radius : (K,) array of float64
-        As drawn, metres.
-    spare : (K,) array of bool
-        Points between the nodes, which may be left out.
-    """
-
-    branch: int
-    points: Floats
-    radius: Floats
-    spare: Flags
 
 
 def tubes(tree: TreeModel, *, options: TubeOptions | None = None, tile_m: float | None = None) -> Mesh:
@@ -75,7 +51,7 @@ def tubes(tree: TreeModel, *, options: TubeOptions | None = None, tile_m: float 
     return mesh
 
 
-def axes_of(tree: TreeModel, options: TubeOptions, wanted: Flags | None = None) -> list[Axis]:
+def axes_of(tree: TreeModel, options: TubeOptions, wanted: Flags | None = None) -> Axes:
     """Return the axis of every branch that has a length in nodes, with the radii to draw.
 
     Parameters
@@ -87,27 +63,27 @@ def axes_of(tree: TreeModel, options: TubeOptions, wanted: Flags | None = None) 
 
     Returns
     -------
-    list of Axis
-        By branch number.
+    Axes
     """
-    axes = []
-    for branch, path in enumerate(tree.skeleton.paths):
-        if len(path) > 1 and (wanted is None or wanted[branch]):
-            radius = tree.radius[path]
-            radius[0] = tree.start_radius[path[1]]
-            radius = np.maximum(radius, options.min_radius_m)
-            axes.append(Axis(branch, tree.skeleton.xyz[path], radius, np.zeros(len(path), dtype=bool)))
-    return axes
+    paths = tree.skeleton.paths
+    size = np.array([len(path) for path in paths])
+    branch = np.flatnonzero((size > 1) if wanted is None else (size > 1) & wanted)
+    first = np.concatenate([[0], np.cumsum(size[branch])])
+    node = nodes_of(tree, branch)
+    radius = tree.radius[node]
+    radius[first[:-1]] = tree.start_radius[node[first[:-1] + 1]]
+    radius = np.maximum(radius, options.min_radius_m)
+    return Axes(branch, first, tree.skeleton.xyz[node], radius, np.zeros(len(node), dtype=bool))
 
 
 def drawn(
-    axes: Sequence[Axis], skeleton: Skeleton, options: TubeOptions, tile_m: float | None = None
+    axes: Axes, skeleton: Skeleton, options: TubeOptions, tile_m: float | None = None
 ) -> tuple[Mesh, Flags]:
     """Draw a tube around every axis.
 
     Parameters
     ----------
-    axes : sequence of Axis
+    axes : Axes
     skeleton : Skeleton
         Gives origin and reference system.
     options : TubeOptions
@@ -120,33 +96,26 @@ def drawn(
     flat : (F,) array of bool
         Which faces close the end of a tube.
     """
-    if not axes:
-        none = empty(skeleton.origin, skeleton.crs)
-        return replace(none, uv=None if tile_m is None else np.zeros((0, 3, 2))), np.zeros(0, dtype=bool)
-    rules = Rules(options.ring_gap_m, MITRE)
+    around, made = settle(axes, options)
+    count = np.diff(made.first[:, 2])
+    flat = np.arange(len(made.faces)) >= np.repeat(made.first[1:, 2] - made.ends, count)
+    uv = None if tile_m is None else wrapped(made, around, tile_m)
+    branch = np.repeat(axes.branch, count).astype(np.int32)
+    return Mesh(made.vertices, made.faces, branch, skeleton.origin, skeleton.crs, uv=uv), flat
+
+
+def settle(axes: Axes, options: TubeOptions) -> tuple[Rings, Tubes]:
+    """Return the rings around all points, and the tubes of those that make them proper solids."""
     around = rings_of(axes, options)
-    made = [tube(rings, rules) for rings in around]
-    placed = np.cumsum([0, *(len(one.vertices) for one in made)])
-    mesh = Mesh(
-        np.concatenate([one.vertices for one in made]),
-        np.concatenate([one.faces + start for one, start in zip(made, placed[:-1], strict=True)]),
-        np.repeat([axis.branch for axis in axes], [len(one.faces) for one in made]),
-        skeleton.origin,
-        skeleton.crs,
-        uv=None if tile_m is None else wrapped(made, around, tile_m),
-    )
-    flat = np.concatenate([np.arange(len(one.faces)) >= len(one.faces) - one.ends for one in made])
-    return mesh, flat
+    return around, tubes_around(around, axes.first, Rules(options.ring_gap_m, MITRE))
 
 
-def rings_of(axes: Sequence[Axis], options: TubeOptions) -> list[Rings]:
-    """Return the rings around every axis: how many-sided they are, and how far their corners stand off."""
-    radius = np.concatenate([axis.radius for axis in axes])
-    sides = side_counts(radius, options)
-    corner = radius * corner_share(sides)
-    cuts = np.cumsum([len(axis.radius) for axis in axes])[:-1]
-    columns = zip(axes, np.split(corner, cuts), np.split(sides, cuts), strict=True)
-    return [Rings(np.ascontiguousarray(axis.points), wide, many, axis.spare) for axis, wide, many in columns]
+def rings_of(axes: Axes, options: TubeOptions) -> Rings:
+    """Return the rings around axes: how many-sided they are, and how far their corners stand off."""
+    sides = side_counts(axes.radius, options)
+    corner = axes.radius * corner_share(sides)
+    edge = 2 * corner * np.sin(np.pi / sides)
+    return Rings(np.ascontiguousarray(axes.points), corner, sides, edge, axes.spare)
 
 
 def side_counts(radius: Floats, options: TubeOptions) -> NDArray[np.int64]:

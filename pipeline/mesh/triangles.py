@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import ModelError
+from pipeline.geometry.compiled import compiled
+from pipeline.mesh.vector import cross, length, minus, mix, put, row
 from pipeline.model import Floats, Ints
 
 Flags = NDArray[np.bool_]
@@ -179,12 +181,30 @@ def with_normals(mesh: Mesh, flat: Flags) -> Mesh:
     flat : (F,) array of bool
         Faces that do not bend the shade of their corners, such as the ends of a tube.
     """
-    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    square = np.cross(b - a, c - a)
-    weak = np.where(flat, 1e-9, 1.0)[:, None]  # they still count where there is nothing else
-    normals = np.zeros_like(mesh.vertices)
+    return replace(mesh, normals=_normals(mesh.vertices, mesh.faces, np.where(flat, 1e-9, 1.0)))
+
+
+@compiled
+def _normals(vertices: Floats, faces: Ints, weight: Floats) -> Floats:
+    """(V, 3) mean directions of the faces around every vertex; straight up where there are none.
+
+    Even weak faces count where there is nothing else.
+    """
+    square = np.empty((len(faces), 3))
+    for f in range(len(faces)):
+        foot = row(vertices, faces[f, 0])
+        upright = cross(minus(row(vertices, faces[f, 1]), foot), minus(row(vertices, faces[f, 2]), foot))
+        put((weight[f] * upright[0], weight[f] * upright[1], weight[f] * upright[2]), square, f)
+    normals = np.zeros((len(vertices), 3))
     for k in range(3):
-        np.add.at(normals, mesh.faces[:, k], square * weak)
-    size = np.linalg.norm(normals, axis=1, keepdims=True)
-    up = np.where(size > 0, normals / np.where(size > 0, size, 1.0), [0.0, 0.0, 1.0])
-    return replace(mesh, normals=up)
+        for f in range(len(faces)):
+            v = faces[f, k]
+            put(mix(1.0, row(normals, v), 1.0, row(square, f)), normals, v)
+    for v in range(len(vertices)):
+        total = row(normals, v)
+        size = length(total)
+        if size > 0:
+            put((total[0] / size, total[1] / size, total[2] / size), normals, v)
+        else:
+            put((0.0, 0.0, 1.0), normals, v)
+    return normals

@@ -1,72 +1,79 @@
-"""Vectors of three, spelt out: quick to compile and free of a library's call for every product."""
+"""Vectors of three, spelt out as tuples: a compiled loop keeps them in registers and makes no array."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from pipeline.geometry.compiled import compiled
 from pipeline.model import Floats
 
+Vector = tuple[float, float, float]
+
 
 @compiled
-def dot(a: Floats, b: Floats) -> float:
+def row(points: Floats, k: int) -> Vector:
+    """Return row `k` of an (N, 3) array."""
+    return points[k, 0], points[k, 1], points[k, 2]
+
+
+@compiled
+def put(vector: Vector, points: Floats, k: int) -> None:
+    """Make a vector row `k` of an (N, 3) array; to assign the tuple takes seconds to compile."""
+    points[k, 0], points[k, 1], points[k, 2] = vector
+
+
+@compiled
+def dot(a: Vector, b: Vector) -> float:
     """Return the inner product."""
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @compiled
-def cross(a: Floats, b: Floats) -> Floats:
+def cross(a: Vector, b: Vector) -> Vector:
     """Return the outer product."""
-    out = np.empty(3)
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
-    return out
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @compiled
-def mix(p: float, a: Floats, q: float, b: Floats) -> Floats:
+def mix(p: float, a: Vector, q: float, b: Vector) -> Vector:
     """Return ``p a + q b``."""
-    out = np.empty(3)
-    for k in range(3):
-        out[k] = p * a[k] + q * b[k]
-    return out
+    return p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2]
 
 
 @compiled
-def length(a: Floats) -> float:
+def minus(a: Vector, b: Vector) -> Vector:
+    """Return ``a - b``."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@compiled
+def length(a: Vector) -> float:
     """Return the length."""
     return math.sqrt(dot(a, a))
 
 
 @compiled
-def unit(a: Floats) -> Floats:
+def unit(a: Vector) -> Vector:
     """Return `a` with length 1; straight up where it has none."""
-    out = np.zeros(3)
-    out[2] = 1.0
     size = length(a)
-    if size >= 1e-12:
-        for k in range(3):
-            out[k] = a[k] / size
-    return out
+    if size < 1e-12:
+        return 0.0, 0.0, 1.0
+    return a[0] / size, a[1] / size, a[2] / size
 
 
 @compiled
-def across(axis: Floats) -> Floats:
+def across(axis: Vector) -> Vector:
     """Return a unit vector at right angles to `axis`."""
-    thin = 0
-    for k in range(1, 3):
-        if abs(axis[k]) < abs(axis[thin]):
-            thin = k
-    helper = np.zeros(3)
-    helper[thin] = 1.0
-    return unit(cross(axis, helper))
+    x, y, z = abs(axis[0]), abs(axis[1]), abs(axis[2])
+    if z < min(x, y):
+        return unit(cross(axis, (0.0, 0.0, 1.0)))
+    if y < x:
+        return unit(cross(axis, (0.0, 1.0, 0.0)))
+    return unit(cross(axis, (1.0, 0.0, 0.0)))
 
 
 @compiled
-def turned(a: Floats, old: Floats, new: Floats) -> Floats:
+def turned(a: Vector, old: Vector, new: Vector) -> Vector:
     """Turn `a` by the smallest rotation that takes the unit vector `old` to `new`.
 
     The two are at most a right angle apart. The result is kept at right angles to `new`, length 1.

@@ -10,21 +10,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.mesh import MeshOptions, build, tubes
+from pipeline.mesh.axes import Axes
 from pipeline.mesh.building import settled
 from pipeline.mesh.smoothing import hermite, smoothed
-from pipeline.mesh.surface import MITRE, Axis, axes_of, rings_of
+from pipeline.mesh.surface import MITRE, axes_of, rings_of
 from pipeline.mesh.tube import Rules, tube
 from pipeline.model import TreeModel
 from pipeline.synthetic import TubeTreeOptions, grow_tubes
-from tests.mesh.trees import assert_proper, axis_of, distance, inside, random_tree
+from tests.mesh.trees import assert_proper, axis_of, distance, inside, random_tree, singly
 
 SMOOTH = MeshOptions(smooth=True)
 
 
-def axes(tree: TreeModel, options: MeshOptions = SMOOTH) -> list[tuple[Axis, Axis]]:
-    """Return the axes as they are and as they are rounded."""
+def axes(tree: TreeModel, options: MeshOptions = SMOOTH) -> list[tuple[Axes, Axes]]:
+    """Return every axis as it is and as it is rounded."""
     plain = settled(axes_of(tree, options), options)
-    return [(axis, smoothed(axis, options)) for axis in plain]
+    return list(zip(singly(plain), singly(smoothed(plain, options)), strict=True))
 
 
 def test_as_they_stand_the_options_draw_the_tubes() -> None:
@@ -53,9 +54,16 @@ def test_a_straight_trunk_stays_straight_below_its_first_bend() -> None:
     below = curve.points[curve.points[:, 2] <= 2]
     assert np.abs(below[:, 0]).max() < 0.006  # with tangents of three-point differences: 0.17 m
     trunk = build(axis, options=SMOOTH)
-    foot = trunk.vertices[: rings_of(axes_of(axis, SMOOTH), SMOOTH)[0].sides[0]]
+    foot = trunk.vertices[: rings_of(axes_of(axis, SMOOTH), SMOOTH).sides[0]]
     assert np.linalg.norm(foot.mean(axis=0)) < 1e-9
     assert np.abs(foot[:, 2]).max() < 0.001
+
+
+def test_axes_are_rounded_each_by_itself() -> None:
+    plain = settled(axes_of(random_tree(400, 2), SMOOTH), SMOOTH)
+    for axis, curve in zip(singly(plain), singly(smoothed(plain, SMOOTH)), strict=True):
+        alone = smoothed(axis, SMOOTH)
+        assert all(np.array_equal(one, other) for one, other in zip(alone, curve, strict=True))
 
 
 def test_a_straight_axis_gets_no_rings() -> None:
@@ -69,12 +77,11 @@ def test_a_straight_axis_gets_no_rings() -> None:
 
 def assert_faithful(tree: TreeModel) -> None:
     """Rings stand on all nodes; neither line leaves the other by more than the share; nodes lie inside."""
-    raw = {axis.branch: axis for axis in axes_of(tree, SMOOTH)}
-    curves = [curve for _, curve in axes(tree)]
-    for curve, rings in zip(curves, rings_of(curves, SMOOTH), strict=True):
-        made = tube(rings, Rules(SMOOTH.ring_gap_m, MITRE))
+    raw = {int(axis.branch[0]): axis for axis in singly(axes_of(tree, SMOOTH))}
+    for _, curve in axes(tree):
+        made = tube(rings_of(curve, SMOOTH), Rules(SMOOTH.ring_gap_m, MITRE))
         centres = curve.points[made.kept]
-        nodes = raw[curve.branch]
+        nodes = raw[int(curve.branch[0])]
         assert distance(nodes.points, centres).max() < 0.001
         assert (distance(centres, nodes.points) <= 0.5 * curve.radius[made.kept] + 1e-9).all()
         assert inside(nodes.points[1:-1], made.vertices, made.faces).all()
@@ -94,7 +101,7 @@ def test_a_sharp_bend_is_not_pinched(angle: float) -> None:
     mesh = build(axis, options=SMOOTH)
     assert_proper(mesh)
     ((_, curve),) = axes(axis)
-    (rings,) = rings_of([curve], SMOOTH)
+    rings = rings_of(curve, SMOOTH)
     made = tube(rings, Rules(SMOOTH.ring_gap_m, MITRE))
     sides = int(rings.sides[0])
     corners = made.vertices.reshape(-1, sides, 3)
@@ -114,7 +121,7 @@ def test_rings_do_not_twist_along_a_helix() -> None:
     t = np.linspace(0, 4 * np.pi, 60)
     axis = axis_of(np.column_stack([0.5 * np.cos(t), 0.5 * np.sin(t), 0.2 * t]), 0.03)
     ((_, curve),) = axes(axis)
-    (rings,) = rings_of([curve], SMOOTH)
+    rings = rings_of(curve, SMOOTH)
     made = tube(rings, Rules(SMOOTH.ring_gap_m, MITRE))
     arms = made.vertices.reshape(-1, int(rings.sides[0]), 3) - curve.points[made.kept][:, None]
     turned = (arms[1:] * arms[:-1]).sum(axis=2) / (
@@ -155,8 +162,8 @@ def test_on_real_trees(shared_data: Path) -> None:
 
     tree = pipeline.reconstruct(pipeline.read_cloud(shared_data / "trees" / "tree7.xyz"))
     off = []
-    raw = {axis.branch: axis for axis in axes_of(tree, SMOOTH)}
+    raw = {int(axis.branch[0]): axis for axis in singly(axes_of(tree, SMOOTH))}
     for _, curve in axes(tree):
-        off.append(distance(raw[curve.branch].points, curve.points))
+        off.append(distance(raw[int(curve.branch[0])].points, curve.points))
     assert (np.concatenate(off) < 0.001).mean() > 0.995
     assert_proper(build(tree, options=SMOOTH))

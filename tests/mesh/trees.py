@@ -8,6 +8,7 @@ import numpy as np
 import trimesh
 
 from pipeline.mesh import Mesh
+from pipeline.mesh.axes import Axes
 from pipeline.model import Floats, Ints, Skeleton, TreeModel
 
 
@@ -20,6 +21,12 @@ def tree_of(xyz: object, parent: object, radius: object) -> TreeModel:
 def axis_of(xyz: object, radius: float = 0.01) -> TreeModel:
     count = len(np.array(xyz))
     return tree_of(xyz, np.arange(-1, count - 1), np.full(count, radius))
+
+
+def singly(axes: Axes) -> list[Axes]:
+    """Return every axis by itself."""
+    each = np.repeat(axes.branch, np.diff(axes.first))
+    return [axes.only(each == branch) for branch in axes.branch]
 
 
 def solids(mesh: Mesh) -> list[trimesh.Trimesh]:
