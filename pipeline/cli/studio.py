@@ -27,10 +27,10 @@ from pipeline.studio.address import HERE, PORT, check_port
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
 @options.messages
 def command(files: tuple[Path, ...], port: int, host: str, no_browser: bool) -> None:
-    """Model a tree in the browser: move sliders, see the tree, save it.
+    """Trees in the browser: model one, grow and prune it year by year, see what a scan becomes.
 
-    FILES are folders where results may go, and a parameter file (.toml) to begin with. No file outside of
-    their folders is opened. End it with Ctrl-C.
+    FILES are folders where results may go, and what is opened at the start: parameters or events (.toml), a
+    model, a cloud, the folder of a run. No file outside of their folders is opened. End it with Ctrl-C.
     """
     from importlib.util import find_spec
     from time import perf_counter
@@ -40,13 +40,12 @@ def command(files: tuple[Path, ...], port: int, host: str, no_browser: bool) -> 
             msg = f'the studio needs {package}, which is not installed; run pip install "treepipe[studio]"'
             raise click.UsageError(msg)
     check_port(host, port)
-    from pipeline.studio.server import serve
+    from pipeline.studio.server import page_server, serve
 
     if host not in (HERE, "localhost", "::1"):
         LOGGER.warning("--host %s: everyone in that network can use the studio and its folders", host)
     serve(
-        list(files),
-        clock=perf_counter,
+        page_server(files, clock=perf_counter, log=LOGGER.warning),
         ready=lambda address: click.echo(f"studio at {address} (end it with Ctrl-C)"),
         host=host,
         port=port,

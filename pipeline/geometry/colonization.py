@@ -57,12 +57,25 @@ class Rules(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """How far the growth is: iterations done and asked for, nodes so far, points left."""
+    """How far the growth is.
+
+    Attributes
+    ----------
+    done, iterations : int
+        Iterations done and asked for.
+    nodes, points_left : int
+        Nodes so far, and points that none of them has come near to.
+    xyz : (nodes, 3) array
+    parent : (nodes,) array of int
+        The nodes so far, as in `Colony`; they stay as they are while the growth goes on.
+    """
 
     done: int
     iterations: int
     nodes: int
     points_left: int
+    xyz: Floats
+    parent: Ints
 
 
 class Colony(NamedTuple):
@@ -146,7 +159,8 @@ def colonize(
         live = survivors(live, kill**2, seen)
         count, done = grown, done + 1
         if progress is not None:
-            progress(Progress(done, len(kill_m), count, len(live)))
+            so_far = nodes[0][:count], nodes[1][:count]
+            progress(Progress(done, len(kill_m), count, len(live), *so_far))
     left = np.zeros(len(points), dtype=bool)
     left[order[live]] = True
     return Colony(nodes[0][:count], nodes[1][:count], left, reason if len(live) else "exhausted", done)

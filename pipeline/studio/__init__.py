@@ -1,17 +1,16 @@
-"""The modeller in the browser: move a slider, see the tree.
+"""The studio in the browser: one page, a tab for each thing that one does to trees.
 
 | file | what |
 |---|---|
-| `parameters` | the twenty parameters, what each changes, and values in words |
+| `shell` | the page with its tabs, and what a tab is (`Tab`) |
+| `modeller` | the Model tab: move a slider, see the tree |
+| `years` | the Years tab: grow and prune, year by year |
+| `scan` | the Scan tab: a cloud and what was made of it |
+| `worker` | one thread that makes what was asked for last |
 | `history` | undo and redo of everything |
-| `modelling` | from parameters to a drawn tree; what is made already is kept |
-| `worker` | one thread that models what was asked for last |
-| `files` | parameters and models, as files or as downloads |
-| `session` | what one sitting holds, without a browser |
-| `scene` | the picture; the browser draws it |
-| `layout` | what stands where on the page |
-| `page` | what its buttons do, and what the worker's news change |
+| `view` | a picture that the browser draws |
+| `folders` | where files may be opened and written |
 | `address`, `server` | serves the page |
 
-Only `scene`, `layout`, `page` and `server` need the extra `studio`.
+Only the tabs, `shell`, `view` and `server` need the extra `studio`.
 """

@@ -3,40 +3,32 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from trame.app import get_server
 
-from pipeline.errors import OutputError, UsageError
+from pipeline.errors import OutputError
 from pipeline.studio.address import HERE, check_port
-from pipeline.studio.files import TOML, Folders, open_parameters
-from pipeline.studio.modelling import Clock
-from pipeline.studio.page import Page
-from pipeline.studio.session import Session, random_seed
-from pipeline.synthetic.colonization import ColonizationOptions
+from pipeline.studio.folders import Folders
+from pipeline.studio.modeller.tab import ModelTab
+from pipeline.studio.scan import ScanTab
+from pipeline.studio.shell import Clock, Log, Shell, Tab
+from pipeline.studio.years import YearsTab
 
 NO_TIMEOUT = 0
 
 
 def serve(
-    files: list[Path],
-    *,
-    clock: Clock,
-    ready: Callable[[str], Any],
-    host: str = HERE,
-    port: int = 0,
-    browser: bool = True,
+    server: Any, *, ready: Callable[[str], Any], host: str = HERE, port: int = 0, browser: bool = True
 ) -> None:
     """Serve the studio until it is interrupted.
 
     Parameters
     ----------
-    files : list of Path
-        Folders where results may go, and at most one parameter file to begin with.
-    clock : callable
-        Tells seconds.
+    server : trame server
+        With the page, see `page_server`.
     ready : callable
         Is told the address as soon as pages are served.
     host : str, optional
@@ -48,14 +40,10 @@ def serve(
 
     Raises
     ------
-    UsageError, InputMissingError, InputFormatError
-        If the files are none to begin with.
     OutputError
         If the port is in use.
     """
-    session = session_of(files)
     check_port(host, port)
-    server = page_server(session, clock)
     server.controller.on_server_ready.add(lambda **_: ready(f"http://{host}:{server.port}/"))
     os.environ.setdefault("WSLINK_WS_COMPRESS", "0")  # it costs more time than it saves on one machine
     try:
@@ -72,33 +60,38 @@ def serve(
         raise OutputError(msg) from error
 
 
-def page_server(session: Session, clock: Clock) -> Any:
-    """Make a server with the page, not yet started."""
-    server = get_server(name="treepipe", client_type="vue3")
-    server.cli.parse_known_args = _no_arguments(server.cli)
-    Page(server, session, clock)
-    return server
+def page_server(files: Sequence[Path], *, clock: Clock, log: Log, name: str = "treepipe") -> Any:
+    """Make a server with the page, the files opened, not yet started.
 
-
-def session_of(files: list[Path]) -> Session:
-    """Begin a session with the files of the command line.
+    Parameters
+    ----------
+    files : sequence of Path
+        Folders where results may go, and what is to be opened at the start.
+    clock : callable
+        Tells seconds.
+    log : callable
+        Is told every sentence that says what went wrong.
+    name : str, optional
+        Servers of one name share what they know.
 
     Raises
     ------
-    UsageError
-        If a file is no parameter file, or there are two of them.
+    PipelineError
+        If a file cannot be opened.
     """
     folders = Folders(files)
-    given = [path for path in files if path.is_file()]
-    for path in given:
-        if path.suffix.lower() != TOML:
-            msg = f"{path}: the studio opens folders and parameter files; end its name in {TOML}"
-            raise UsageError(msg)
-    if len(given) > 1:
-        msg = f"{given[1]}: is the second parameter file; give one"
-        raise UsageError(msg)
-    first = open_parameters(given[0], folders) if given else ColonizationOptions(seed=random_seed())
-    return Session(first, folders)
+    server = get_server(name=name, client_type="vue3")
+    server.cli.parse_known_args = _no_arguments(server.cli)
+    shell = Shell(server, folders, clock, log)
+    shell.lay_out(tabs_of(shell))
+    shell.open(files)
+    return server
+
+
+def tabs_of(shell: Shell) -> list[Tab]:
+    """Make the tabs, in the order in which they stand and are asked whether a file is theirs."""
+    model = ModelTab(shell)
+    return [model, YearsTab(shell, lambda: model.tree), ScanTab(shell)]
 
 
 def _no_arguments(parser: Any) -> Callable[..., Any]:

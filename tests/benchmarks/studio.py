@@ -6,6 +6,7 @@ that the browser draws because of it, arrays fetched; and beside it what the ser
 
 from __future__ import annotations
 
+import os
 import statistics
 import subprocess
 import sys
@@ -67,7 +68,7 @@ def serve(command: list[str]) -> None:
 
 
 def measure(page: Page) -> None:
-    """Print one line a slider."""
+    """Print one line a slider, and how busy the machine was."""
     for name, kind in SLIDERS.items():
         page.click("#do-reset")
         page.wait_for_timeout(2000)
@@ -86,7 +87,8 @@ def measure(page: Page) -> None:
         print(
             f"{name} ({kind}): median {statistics.median(taken):.0f} ms, "
             f"best {min(taken):.0f}, worst {max(taken):.0f}; "
-            f"of it the server's modelling {statistics.median(made):.0f}; {triangles} triangles"
+            f"of it the server's modelling {statistics.median(made):.0f}; {triangles} triangles; "
+            f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"
         )
 
 

@@ -29,7 +29,7 @@ def test_without_the_extra_it_says_how_to_get_it(capsys, monkeypatch):
         ("none.toml", None, 1, "there is no such file or folder; check the name"),
         ("odd.toml", "gnarlines = 1", 1, "unknown key gnarlines, do you mean gnarliness"),
         ("odd.toml", "iterations = 1000", 1, "iterations = 1000 is not allowed; give a whole number"),
-        ("tree.obj", "v 0 0 0", 2, "opens folders and parameter files; end its name in .toml"),
+        ("tree.docx", "v 0 0 0", 2, "is nothing that the studio opens; give parameters"),
     ],
 )
 def test_a_file_to_begin_with_is_checked(capsys, tmp_path, name, content, code, says):
@@ -41,19 +41,29 @@ def test_a_file_to_begin_with_is_checked(capsys, tmp_path, name, content, code, 
     assert says in said
 
 
-def test_two_parameter_files_are_one_too_many(tmp_path):
+@pytest.fixture
+def page(request):
+    """Return what makes a page of files, with a server of its own, never started."""
     server = pytest.importorskip("pipeline.studio.server", reason="needs the modeller")
+    names = (f"{request.node.name}-{number}" for number in range(9))
+
+    def make(*files):
+        return server.page_server(files, clock=lambda: 0.0, log=lambda _sentence: None, name=next(names))
+
+    return make
+
+
+def test_two_parameter_files_are_one_too_many(page, tmp_path):
     files = [tmp_path / "a.toml", tmp_path / "b.toml"]
     for file in files:
         file.write_text("seed = 1")
     with pytest.raises(UsageError, match="is the second parameter file; give one"):
-        server.session_of(files)
-    assert server.session_of([tmp_path, files[0]]).options.seed == 1
+        page(*files)
+    assert page(tmp_path, files[0]).state.stem == "tree-1"
 
 
-def test_without_files_every_sitting_has_its_own_tree():
-    server = pytest.importorskip("pipeline.studio.server", reason="needs the modeller")
-    assert server.session_of([]).options.seed != server.session_of([]).options.seed
+def test_without_files_every_sitting_has_its_own_tree(page):
+    assert page().state.stem != page().state.stem
 
 
 def test_a_port_in_use_and_a_host_elsewhere_are_named():

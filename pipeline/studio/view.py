@@ -1,0 +1,80 @@
+"""A picture that the browser draws: changes are sent at once, the whole of it only to who comes later."""
+
+from __future__ import annotations
+
+import asyncio
+from functools import partial
+from typing import Any
+
+from trame_pyvista.widgets import PyVistaLocalView
+from trame_vtk.modules.vtk.protocols import vtkWebLocalRendering
+from trame_vtk.modules.vtk.serializers import SynchronizationContext, reference_id
+from trame_vtk.modules.vtk.serializers.cache import remove_from_cache
+
+from pipeline.studio.shell import Shell
+
+DELTA = "trame.vtk.delta"
+REST_S = 0.4
+"""How long nothing changes before the whole picture is laid down for browsers that come later."""
+
+_Base: Any = PyVistaLocalView
+
+
+class View(_Base):  # type: ignore[misc]  # of a package without types
+    """A view of a plotter's scene, drawn by the browser.
+
+    The one it is made from sends every change twice: as a change, and as the whole picture, which only a
+    browser reads that has not drawn yet. Here the whole is put off until nothing changes for a while, and a
+    browser that comes is sent it at once. A browser that asks late for arrays of a picture that is gone gets
+    empty ones, rather than an error after which it would draw no more. And what is hidden is sent whole when
+    it is shown again, because the browser has thrown it away.
+
+    Parameters
+    ----------
+    shell : Shell
+    plotter : pyvista.Plotter
+    **style
+        Attributes of the element.
+    """
+
+    def __init__(self, shell: Shell, plotter: Any, **style: Any) -> None:
+        self._shell = shell
+        self._later: asyncio.TimerHandle | None = None
+        super().__init__(plotter, context_name=f"'{plotter._id_name}'", **style)
+        self.server.controller.on_server_ready.add(lambda **_: _forgive(self.server))
+        self.server.controller.on_client_connected.add(lambda **_: shell.soon(self._welcome))
+
+    def update(self, **_given: Any) -> None:
+        """Send what has changed."""
+        if self.server.protocol:
+            self.server.protocol.publish(DELTA, self._scene(whole=False))
+            if self._later:
+                self._later.cancel()
+            self._later = self._shell.later(REST_S, self._lay_down)
+
+    def _welcome(self) -> None:
+        """Send the whole picture to a browser that has come; to the others it is what they have."""
+        self.server.protocol.publish(DELTA, self._scene(whole=True))
+
+    def _lay_down(self) -> None:
+        self.server.state[f"scene_{self.ref_name}"] = self._scene(whole=True)
+
+    def _scene(self, *, whole: bool) -> Any:
+        made = self._helper.scene(self.plotter.render_window, new_state=whole, widgets=self._widgets)
+        for actor in self.plotter.renderer.actors.values():
+            if not actor.visibility:
+                for part in (actor, actor.prop, actor.mapper):
+                    remove_from_cache(reference_id(part))
+        return made
+
+
+def _forgive(server: Any) -> None:
+    """Let a server answer with nothing when it is asked for an array that it has given up."""
+    for protocol in server.protocol.getLinkProtocols():
+        if isinstance(protocol, vtkWebLocalRendering):
+            protocol.context.get_cached_data_array = partial(_array, protocol.context)
+
+
+def _array(context: Any, key: str, *given: Any, **named: Any) -> Any:
+    known = key in context.data_array_cache
+    return SynchronizationContext.get_cached_data_array(context, key, *given, **named) if known else b""

@@ -1,0 +1,174 @@
+"""The Years tab in a real browser: grow, look at years, prune, edit, save, come back."""
+
+import re
+
+import pytest
+
+from pipeline.exchange import read_model, write
+from pipeline.studio.years.listing import read_programmes
+
+STEM = (794, 600)
+"""Where the stem of the default tree stands in the window at first, in its year 20."""
+EVENTS = '[[event]]\nyear = 12\noperation = "crown-raise"\nheight_m = 0.8\n'
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, standing):
+    made = tmp_path_factory.mktemp("studio")
+    write(standing, made / "oak.npz")
+    return made
+
+
+@pytest.fixture(scope="module")
+def address(browser, served, folder):
+    assert browser.is_connected()
+    return served(folder)
+
+
+@pytest.fixture
+def page(visit, address):
+    made = visit(address)
+    made.click("#tab-years")
+    made.set_default_timeout(120_000)  # the first growth compiles
+    made.wait_for_function("+document.querySelector('#years-figures')?.dataset.shown > 0")
+    made.set_default_timeout(30_000)
+    return made
+
+
+def figure(page, name):
+    return page.inner_text(f"#years-figure-{name}")
+
+
+def until_grown(page, act):
+    """Do something, and wait until it has grown."""
+    before = page.get_attribute("#years-figures", "data-shown")
+    act()
+    page.wait_for_function(f"document.querySelector('#years-figures').dataset.shown != '{before}'")
+
+
+def turn_to(page, year):
+    """Move the slider of years by the keyboard."""
+    thumb = page.locator("#years-slider .v-slider-thumb")
+    while int(figure(page, "year").split()[0]) != year:
+        before = figure(page, "year")
+        thumb.press("ArrowLeft" if int(before.split()[0]) > year else "ArrowRight")
+        page.wait_for_function(f"document.querySelector('#years-figure-year').innerText != '{before}'")
+
+
+def choose(page, select, text):
+    page.click(select, force=True)
+    page.click(f'.v-overlay--active .v-list-item:has-text("{text}")')
+
+
+def pick(page, place):
+    """Click until a branch is picked: a browser that is busy may not have drawn the tree yet."""
+    for _ in range(20):
+        page.mouse.click(*place)
+        page.wait_for_timeout(500)
+        if page.locator("#years-branch").count():
+            return
+    pytest.fail(f"nothing is picked at {place}")
+
+
+def events(page):
+    return [one.inner_text() for one in page.locator(".years-event").all()]
+
+
+def test_years_are_looked_at_and_a_branch_is_pruned(page, tmp_path):
+    metamers = {}
+    for year in (25, 20):
+        turn_to(page, year)
+        metamers[year] = int(figure(page, "metamers").replace(",", ""))
+    assert metamers[25] > metamers[20] > 100
+    assert re.fullmatch(r"\d\.\d\d m", figure(page, "height"))
+    pick(page, STEM)
+    assert "The stem" in page.inner_text("#years-branch")
+    assert "radii: allometric" in page.inner_text("#years-branch")
+    place = page.input_value("#years-field-position")
+    assert abs(float(place.split(",")[2]) - 1.05) < 0.3
+    until_grown(page, lambda: page.click("#years-apply"))
+    assert int(figure(page, "metamers").replace(",", "")) < metamers[20]
+    assert "1 cuts" in events(page)[0]
+
+    page.click("#years-edit-0")
+    page.wait_for_selector("#years-editing")
+    page.fill("#years-field-year", "12")
+    until_grown(page, lambda: page.click("#years-apply"))
+    assert events(page)[0].startswith("12 · cut-to-bud")
+    assert figure(page, "year") == "12 of 25"
+
+    page.click("#years-files")
+    with page.expect_download() as waiting:
+        page.click("#years-save_events")
+    waiting.value.save_as(tmp_path / "events.toml")
+    (saved,) = read_programmes((tmp_path / "events.toml").read_bytes(), "events.toml")
+    assert saved.timing.year == 12
+    assert ", ".join(map(str, saved.operation.position)) == place
+    with page.expect_download() as waiting:
+        page.click("#years-export")
+    assert waiting.value.suggested_filename == "bud-0-year012.ls.json"
+    waiting.value.save_as(tmp_path / "tree.ls.json")
+    assert len(read_model(tmp_path / "tree.ls.json")) == int(figure(page, "metamers").replace(",", "")) + 1
+    page.keyboard.press("Escape")
+
+    shown, listed = figure(page, "metamers"), events(page)
+    page.reload()
+    page.wait_for_selector("#years-event-0")
+    assert (figure(page, "metamers"), events(page)) == (shown, listed)
+    until_grown(page, lambda: page.click("#years-undo"))
+    until_grown(page, lambda: page.click("#years-undo"))
+    turn_to(page, 20)
+    assert int(figure(page, "metamers").replace(",", "")) == metamers[20]
+    assert events(page) == []
+
+
+def test_an_event_that_does_not_fit_is_a_sentence(page):
+    page.fill("#years-field-position", "30, 30, 30")
+    until_grown(page, lambda: page.click("#years-apply"))
+    page.wait_for_selector("#trouble")
+    assert "the nearest is" in page.inner_text("#trouble")
+    assert "no branch is within 0.5 m of (30.00, 30.00, 30.00)" in events(page)[0]
+    until_grown(page, lambda: page.click("#years-remove-0"))
+    assert events(page) == []
+
+
+def test_events_are_opened_or_explained(page, tmp_path):
+    (tmp_path / "odd.toml").write_text('[[event]]\nyear = 3\noperation = "crown-rise"')
+    (tmp_path / "good.toml").write_text(EVENTS)
+    page.click("#years-files")
+    page.set_input_files("#years-open-events", tmp_path / "odd.toml")
+    page.wait_for_selector("#trouble")
+    assert "do you mean crown-raise" in page.inner_text("#trouble")
+    until_grown(page, lambda: page.set_input_files("#years-open-events", tmp_path / "good.toml"))
+    page.keyboard.press("Escape")
+    assert events(page)[0].startswith("12 · crown-raise")
+    until_grown(page, lambda: page.click("#years-undo"))
+
+
+def test_a_model_of_the_folder_grows_on_and_a_long_growth_is_stopped(page, standing, colours_drawn):
+    until_grown(page, lambda: choose(page, "#years-file", "oak.npz"))
+    assert figure(page, "year") == "10 of 10"
+    turn_to(page, 9)
+    assert int(figure(page, "metamers").replace(",", "")) > len(standing)
+    page.wait_for_timeout(1000)
+    assert colours_drawn(page) > 300
+    page.fill("#years-span", "1000")
+    page.keyboard.press("Tab")
+    page.wait_for_selector("#years-stop")
+    page.wait_for_function("/year [1-9]/.test(document.querySelector('#years-doing')?.innerText)")
+    page.click("#years-stop")
+    page.wait_for_function("/stopped/.test(document.querySelector('#years-doing')?.innerText)")
+    until_grown(page, lambda: page.click("#years-undo"))
+    assert figure(page, "year") == "9 of 10"
+    until_grown(page, lambda: page.click("#years-bud"))
+    assert figure(page, "year") == "25 of 25"
+
+
+def test_a_model_and_its_events_are_opened_by_the_command(visit, served, folder, colours_drawn):
+    (folder / "oak.events.toml").write_text(EVENTS.replace("12", "2"))
+    page = visit(served(folder / "oak.npz", folder / "oak.events.toml"))
+    page.wait_for_function("+document.querySelector('#years-figures')?.dataset.shown > 0", timeout=120_000)
+    assert figure(page, "year") == "10 of 10"
+    assert events(page)[0].startswith("2 · crown-raise")
+    page.wait_for_timeout(1500)
+    assert colours_drawn(page) > 300
