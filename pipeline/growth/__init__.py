@@ -6,7 +6,8 @@
 | `state` | the metamers: a piece of stem with two buds each |
 | `simulation` | a year's growth, cuts, supports, the log |
 | `light`, `pyramid` | light by shadow: a grid of voxels that wood above darkens |
-| `markers`, `jitter`, `claims` | light by space: markers claimed by the nearest bud |
+| `markers`, `jitter`, `views`, `claims` | light by space: markers claimed by the nearest bud that sees them |
+| `poles` | parameters that would grow no branches |
 | `lattice` | the grid of both |
 | `sight` | what either tells of every bud |
 | `shade` | neighbours and buildings |
@@ -15,7 +16,8 @@
 | `shedding`, `widths` | branches that die, wood that thickens |
 """
 
-from pipeline.growth.options import GrowthOptions, bare_pole
+from pipeline.growth.options import GrowthOptions
+from pipeline.growth.poles import bare_pole
 from pipeline.growth.shade import Shade
 from pipeline.growth.simulation import (
     BarePoleWarning,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pipeline.geometry.compiled import compiled
 from pipeline.growth.options import AllocationOptions
@@ -61,6 +62,8 @@ class Resource(NamedTuple):
 
 
 Topology = tuple[Ints, Mask, Ints, Ints, Bytes, Bytes]
+Sides = tuple[Floats, Floats]  # of the terminal and the lateral bud of every metamer
+Ranks = tuple[float, float, float, int]  # weights: most, least, fall; and most sides
 
 
 def topology(tree: Metamers) -> Topology:
@@ -108,9 +111,10 @@ def by_priority(tree: Metamers, light: Gathered, options: AllocationOptions) -> 
     `priority_most` to `priority_least` over the first `priority_fall` of the list.
     """
     root = options.alpha * light.total
-    weights = (options.priority_most, options.priority_least, options.priority_fall)
+    weights = (options.priority_most, options.priority_least, options.priority_fall, options.priority_sides)
+    shares = (options.dominance, options.damaged_share)
     terminal, lateral = split_by_rank(
-        topology(tree), (light.terminal, light.lateral), light.buds, root, weights, options.damaged_share
+        topology(tree), (light.terminal, light.lateral), light.buds, root, weights, shares
     )
     return Resource(terminal, lateral, root)
 
@@ -176,44 +180,50 @@ def split_by_fork(
     tree: Topology, light: tuple[Floats, Floats], root: float, dominance: float, share: float
 ) -> tuple[Floats, Floats]:
     """Share the resource axis by axis, an axis before those that it bears, fork by fork."""
-    parent, is_lateral, terminal_child, _, terminal_bud, _ = tree
+    parent, is_lateral = tree[0], tree[1]
     terminal, lateral = np.zeros(len(parent)), np.zeros(len(parent))
     for start in range(len(parent)):
         if start > 0 and not is_lateral[start]:
             continue
         v = root if start == 0 else lateral[parent[start]]
-        i = start
-        while True:
-            main, side = dominance * light[0][i], (1.0 - dominance) * light[1][i]
-            if main + side > 0.0:
-                terminal[i] = v * main / (main + side)
-                lateral[i] = v - terminal[i]
-            if terminal_child[i] < 0:
-                break
-            v = terminal[i]
-            i = terminal_child[i]
-        if terminal_bud[i] == DAMAGED and terminal[i] > 0.0:
+        i = down_the_forks(start, v, tree, light, dominance, (terminal, lateral))
+        if tree[4][i] == DAMAGED and terminal[i] > 0.0:
             hand_down(i, tree, terminal, lateral, share)
     return terminal, lateral
 
 
 @compiled
+def down_the_forks(start: int, v: float, tree: Topology, light: Sides, dominance: float, gets: Sides) -> int:
+    """Share the resource of an axis fork by fork; the metamer at its end."""
+    terminal_child, (terminal, lateral) = tree[2], gets
+    i = start
+    while True:
+        main, side = dominance * light[0][i], (1.0 - dominance) * light[1][i]
+        if main + side > 0.0:
+            terminal[i] = v * main / (main + side)
+            lateral[i] = v - terminal[i]
+        if terminal_child[i] < 0:
+            return i
+        v = terminal[i]
+        i = terminal_child[i]
+
+
+@compiled
 def split_by_rank(
-    tree: Topology,
-    light: tuple[Floats, Floats],
-    buds: Ints,
-    root: float,
-    weights: tuple[float, float, float],
-    share: float,
+    tree: Topology, light: Sides, buds: Ints, root: float, ranks: Ranks, shares: tuple[float, float]
 ) -> tuple[Floats, Floats]:
-    """Share the resource axis by axis, an axis before those that it bears, by the rank of its branches."""
+    """Share the resource axis by axis, an axis before those that it bears, by the rank of its branches.
+
+    An axis with more sides than `ranks` says is shared out fork by fork, by the first of the shares; the
+    second is what sides take from a damaged end.
+    """
     parent, is_lateral, terminal_child, lateral_child, terminal_bud, _ = tree
-    most, least, fall = weights
     terminal, lateral = np.zeros(len(parent)), np.zeros(len(parent))
-    place, mean, gets = np.zeros(len(parent), dtype=np.int64), np.zeros(len(parent)), np.zeros(len(parent))
+    place, mean = np.zeros(len(parent), dtype=np.int64), np.zeros(len(parent))
     for start in range(len(parent)):
         if start > 0 and not is_lateral[start]:
             continue
+        v = root if start == 0 else lateral[parent[start]]
         sides = 0
         i = start
         while True:
@@ -225,22 +235,43 @@ def split_by_rank(
             if terminal_child[i] < 0:
                 break
             i = terminal_child[i]
-        rank = np.argsort(mean[:sides], kind="mergesort")
-        total = most * light[0][i]
-        for r in range(sides):
-            x = (r + 1) / sides
-            gets[r] = light[1][place[rank[r]]] * max(most - (most - least) * min(x / fall, 1.0), least)
-            total += gets[r]
-        if total <= 0.0:
-            continue
-        v = root if start == 0 else lateral[parent[start]]
-        terminal[i] = v * most * light[0][i] / total
-        for r in range(sides):
-            lateral[place[rank[r]]] = v * gets[r] / total
-        j = i
-        while j != start:
-            terminal[parent[j]] = terminal[j] + lateral[j]
-            j = parent[j]
+        if sides > ranks[3]:
+            down_the_forks(start, v, tree, light, shares[0], (terminal, lateral))
+        else:
+            rank = np.argsort(mean[:sides], kind="mergesort")
+            by_weight((start, i, v), parent, light, place[:sides][rank], ranks, (terminal, lateral))
         if terminal_bud[i] == DAMAGED and terminal[i] > 0.0:
-            hand_down(i, tree, terminal, lateral, share)
+            hand_down(i, tree, terminal, lateral, shares[1])
     return terminal, lateral
+
+
+@compiled
+def by_weight(
+    axis: tuple[int, int, float],
+    parent: Ints,
+    light: Sides,
+    place: NDArray[np.int64],
+    ranks: Ranks,
+    gets: Sides,
+) -> None:
+    """Share the resource of an axis among its end and its sides, which are in the order of their ranks.
+
+    The axis is its first and its last metamer, and what it has to share.
+    """
+    (start, tip, v), (most, least, fall, _), (terminal, lateral) = axis, ranks, gets
+    total = most * light[0][tip]
+    for r in range(len(place)):
+        x = (r + 1) / len(place)
+        weight = max(most - (most - least) * min(x / fall, 1.0), least)
+        lateral[place[r]] = light[1][place[r]] * weight
+        total += lateral[place[r]]
+    if total <= 0.0:
+        lateral[place] = 0.0
+        return
+    terminal[tip] = v * most * light[0][tip] / total
+    for r in range(len(place)):
+        lateral[place[r]] = v * lateral[place[r]] / total
+    j = tip
+    while j != start:
+        terminal[parent[j]] = terminal[j] + lateral[j]
+        j = parent[j]

@@ -6,19 +6,37 @@ import numpy as np
 
 from pipeline.geometry.compiled import compiled
 from pipeline.growth.chance import scramble
-from pipeline.growth.lattice import Voxels
+from pipeline.growth.lattice import Counts, Voxels
 
-Grid = tuple[Voxels, Voxels, float, np.uint64]  # occupancy, lowest cell, size of a cell, seed
+Grid = tuple[Counts, Voxels, float, np.uint64]  # occupancy, lowest cell, size of a cell, seed
 
 LOW_BITS, BITS, TWICE_BITS = np.uint64(0x1FFFFF), np.uint64(21), np.uint64(42)
 JITTER = 0.4
 """Most that a marker stands off the middle of its cell, in cells along each axis."""
+FARTHEST = JITTER * 3.0**0.5
+"""Most that it is off in all, in cells."""
+ROUNDING = 1e-9
+"""Share of a cell by which rounding may err."""
+BLOCKED = 1 << 24
+"""Occupancy of a marker that can never be free."""
 
 
 @compiled
 def marker(i: int, j: int, k: int, size: float, seed: np.uint64) -> tuple[float, float, float]:
     """Return where the marker of a cell is, metres."""
-    z = scramble(scramble(scramble(seed + np.uint64(i)) + np.uint64(j)) + np.uint64(k))
+    return marker_in(column(i, j, seed), i, j, k, size)
+
+
+@compiled
+def column(i: int, j: int, seed: np.uint64) -> np.uint64:
+    """Return the chances of a column of cells, which loops over its cells need but once."""
+    return scramble(scramble(seed + np.uint64(i)) + np.uint64(j))
+
+
+@compiled
+def marker_in(chances: np.uint64, i: int, j: int, k: int, size: float) -> tuple[float, float, float]:
+    """Return where the marker of a cell of a column is, metres."""
+    z = scramble(chances + np.uint64(k))
     a, b, c = z & LOW_BITS, (z >> BITS) & LOW_BITS, (z >> TWICE_BITS) & LOW_BITS
     scale = 2.0 * JITTER / float(LOW_BITS)
     start = 0.5 - JITTER

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.geometry.compiled import compiled
-from pipeline.growth.lattice import Lattice, Voxels
+from pipeline.growth.lattice import Lattice, Voxels, zeros
 from pipeline.growth.markers import Markers
 from pipeline.growth.options import GrowthOptions
 from pipeline.growth.pyramid import FIXED, Pyramid, fixed, pyramid
@@ -71,8 +71,8 @@ class Shadow:
         self._options = options
         self._pyramid: Pyramid = pyramid(options)
         self._around = around(REACH)
-        fill = partial(shade.block, options=options) if shade is not None else None
-        self.grid = Lattice(options.voxel_m, fill)
+        fill = partial(shade.block, options=options) if shade is not None else zeros
+        self.grid: Lattice[np.int64] = Lattice(options.voxel_m, fill)
 
     def add(self, points: Floats) -> None:
         """Cast the shade of metamers that end at (P, 3) points."""

@@ -80,6 +80,12 @@ class AllocationOptions(Options):
     priority_fall: float = Field(
         0.5, gt=0, le=1, description="share of the list over which the weight falls from most to least"
     )
+    priority_sides: int = Field(
+        5,
+        ge=1,
+        le=1_000_000,
+        description="most side branches and buds of an axis shared out by priority; Borchert-Honda beyond",
+    )
     damaged_share: float = Field(
         0.5, gt=0, le=1, description="part that each side branch takes of what a damaged bud cannot use"
     )
@@ -144,30 +150,3 @@ class LimitOptions(Options):
 
 class GrowthOptions(LightOptions, AllocationOptions, ShootOptions, LimitOptions):
     """All parameters of a growing tree."""
-
-
-def bare_pole(options: GrowthOptions) -> str | None:
-    """Tell why a tree of these options may grow into a pole without branches; None where it does not.
-
-    At a dominance of 0.5 the allocation of Borchert and Honda gives every bud alpha times its own light. A
-    lateral bud below one metamer of its own axis has `full_light - shade / shade_fall`, and its resource must
-    pass the threshold of lateral buds.
-
-    Examples
-    --------
-    >>> bare_pole(GrowthOptions())
-    >>> print(bare_pole(GrowthOptions(alpha=2.0)))
-    a lateral bud in good light gets 1.73 and needs 1.8: a bare pole may grow; raise alpha above 2.08 or ...
-    """
-    under_one = options.full_light
-    if options.light == "shadow":
-        under_one -= options.shade / options.shade_fall
-    share = 2.0 * (1.0 - options.dominance) * under_one
-    got = options.alpha * share
-    if got > options.lateral_threshold:
-        return None
-    enough = f"raise alpha above {options.lateral_threshold / share:.2f} or " if share > 0.0 else ""
-    return (
-        f"a lateral bud in good light gets {got:.2f} and needs {options.lateral_threshold:g}: a bare pole "
-        f"may grow; {enough}lower lateral_threshold or shade"
-    )

@@ -14,7 +14,8 @@ from pipeline.errors import UsageError
 from pipeline.growth.allocation import Resource, by_borchert_honda, by_priority, gather
 from pipeline.growth.chance import sow
 from pipeline.growth.light import Light, light_for
-from pipeline.growth.options import GrowthOptions, bare_pole
+from pipeline.growth.options import GrowthOptions
+from pipeline.growth.poles import bare_pole
 from pipeline.growth.shade import Shade
 from pipeline.growth.shedding import shaded_out
 from pipeline.growth.shoots import buds_that_grow, grow_shoots

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pipeline.errors import InputFormatError, ModelError
 from pipeline.lsystem import tokens
-from pipeline.lsystem.document import BreastHeight, Dimensions, Document, checked, is_flat
+from pipeline.lsystem.document import GROWN, BreastHeight, Dimensions, Document, checked, is_flat
 from pipeline.lsystem.grammar import expand
 from pipeline.lsystem.loop import RADIAN
 from pipeline.lsystem.numbering import canonical, carried, continued, numbered
@@ -112,9 +112,19 @@ def numbering(path: Walk) -> tuple[NDArray[np.int64], Ints]:
 
 
 def _known(sheet: Document, flat: bool) -> dict[str, Any]:
-    """Return the metadata: the tree's name, and a flag where its height had to be taken as 0."""
-    name = {"id": sheet.id} if sheet.id is not None else {}
-    return name | ({"flags": (FLAT,)} if flat else {})
+    """Return the metadata: the tree's name, how it has grown, and flags of that and of a height not told."""
+    known: dict[str, Any] = {"id": sheet.id} if sheet.id is not None else {}
+    if sheet.growth is not None:
+        known["growth"] = _fixed(sheet.growth)
+    flags = (FLAT,) * flat + (GROWN,) * (sheet.growth is not None)
+    return known | ({"flags": flags} if flags else {})
+
+
+def _fixed(known: Any) -> Any:
+    """Return values of JSON with tuples for arrays: metadata are never changed."""
+    if isinstance(known, dict):
+        return {key: _fixed(value) for key, value in known.items()}
+    return tuple(map(_fixed, known)) if isinstance(known, list) else known
 
 
 def _trunk(breast: BreastHeight | None, skeleton: Skeleton) -> Trunk | None:

@@ -24,7 +24,13 @@ RULE: Literal["pipe"] = "pipe"
 EXPONENT = 0.5
 """Shares the cross-section by length; also for files of 2021, which state no rule."""
 
-_ORDER = ("format", "id", "crs", "degrees", "dimensions", "trunk", "radius", "recursions", "rules", "axiom")
+_ORDER = (
+    *("format", "id", "crs", "growth", "degrees", "dimensions", "trunk", "radius", "recursions", "rules"),
+    "axiom",
+)
+
+GROWN = "grown"
+"""Flag of a tree that holds more than was measured; its document tells how it grew, under ``growth``."""
 
 COMPRESSED = ".zst"
 """Suffix of files that hold the same text in a Zstandard frame."""
@@ -97,6 +103,7 @@ class Document(_Part):
     format: Format | None = None
     id: str | None = None
     crs: str | None = None
+    growth: dict[str, Any] | None = None
     radius: RadiusRule = RadiusRule()
 
     @property

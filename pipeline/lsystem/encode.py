@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
 
-from pipeline.lsystem.document import EXPONENT, FORMAT, RULE, VERSION, BreastHeight, Dimensions
+from pipeline.lsystem.document import EXPONENT, FORMAT, GROWN, RULE, VERSION, BreastHeight, Dimensions
 from pipeline.lsystem.loop import close_loop
 from pipeline.lsystem.numbering import canonical, carried, told
 from pipeline.lsystem.radii import exceptions, shares, sources_text
@@ -71,6 +72,7 @@ def encode(tree: TreeModel, *, options: LsystemOptions | None = None) -> dict[st
         "format": {"name": FORMAT, "version": VERSION},
         **name,
         "crs": skeleton.crs,
+        **_growth(tree),
         "degrees": True,
         "dimensions": Dimensions().model_dump(),
         "trunk": {"anchor": anchor.tolist(), "radius": float(radius[0]), **_breast_height(tree)},
@@ -79,6 +81,20 @@ def encode(tree: TreeModel, *, options: LsystemOptions | None = None) -> dict[st
         "rules": {},
         "axiom": nested(skeleton, ["".join(parts) for parts in zip(turns, widths, steps, strict=True)]),
     }
+
+
+def _growth(tree: TreeModel) -> dict[str, Any]:
+    """Tell how a tree has grown, if it has, so that nobody takes the file for one of a scan."""
+    if GROWN not in tree.metadata.get("flags", ()):
+        return {}
+    return {"growth": _plain(tree.metadata.get("growth", {}))}
+
+
+def _plain(known: Any) -> Any:
+    """Return metadata as JSON has them."""
+    if isinstance(known, Mapping):
+        return {str(key): _plain(value) for key, value in known.items()}
+    return [_plain(value) for value in known] if isinstance(known, list | tuple) else known
 
 
 def _turns(skeleton: Skeleton, anchor: Floats, options: LsystemOptions) -> tuple[list[str], Floats]:

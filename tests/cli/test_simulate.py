@@ -158,6 +158,53 @@ def test_wrong_usage(call, tmp_path, monkeypatch, arguments, code, said):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("event", "said"),
+    [
+        (
+            'year = 9\noperation = "open-centre"',
+            "an event is of year 9, but growth is from year 0 to 2; move it",
+        ),
+        (
+            'year = 1\noperation = "cut-to-bud"\nposition = [900.0, 0.0, 2.0]',
+            "event of year 1, cut-to-bud: no branch is within 0.5 m of (900.00, 0.00, 2.00); the nearest is",
+        ),
+        ('year = 1\noperation = "cut-to-bud"\norder = 0', "the cut goes through the foot of the tree at ("),
+    ],
+)
+def test_impossible_events_are_named(call, oak, tmp_path, event, said):
+    (tmp_path / "events.toml").write_text(f"[[event]]\n{event}\n")
+    given = ("--years", 2, "--events", tmp_path / "events.toml", "-o", tmp_path / "out", "--no-picture")
+    result = call("simulate", oak, *given)
+    assert (result.exit_code, said in result.stderr) == (2, True), result.stderr
+
+
+def test_several_roots_and_folders_are_no_model(call, tmp_path):
+    (tmp_path / "two.swc").write_text(
+        "1 1 0 0 0 0.1 -1\n2 1 0 0 1 0.1 1\n3 1 5 0 0 0.1 -1\n4 1 5 0 1 0.1 3\n"
+    )
+    for name, said in (
+        ("two.swc", "line 3 has no parent, but neither has line 1; keep one tree a file"),
+        ("", ""),
+    ):
+        for words in (("simulate", "--years", 1), ("prune", "--operation", "thin")):
+            result = call(words[0], tmp_path / name, *words[1:], "-o", tmp_path / "out.npz")
+            assert (result.exit_code, said in result.stderr) == (1, True), result.stderr
+            assert name or "is no model that can be read; give one of" in result.stderr
+
+
+def test_what_cannot_be_written_is_named(call, oak, tmp_path):
+    (tmp_path / "file").write_text("here")
+    for words, target in (
+        (("simulate", oak, "--years", 1, "--no-picture"), "years"),
+        (("prune", oak, "--operation", "thin"), "thin.npz"),
+    ):
+        result = call(*words, "-o", tmp_path / "file" / target)
+        assert result.exit_code == 1
+        assert "cannot be written" in result.stderr
+        assert "choose another folder" in result.stderr
+
+
 def test_a_skeleton_has_no_radii_to_grow(call, made, tmp_path):
     flat = made / "sapling" / "sapling.skeleton.ply"
     lines = flat.read_bytes()

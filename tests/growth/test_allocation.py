@@ -157,3 +157,20 @@ def test_more_dominance_makes_a_higher_tree() -> None:
     )
     assert high["end"][:, 2].max() > low["end"][:, 2].max()
     assert high["order"].mean() < low["order"].mean()
+
+
+def test_an_axis_with_too_many_sides_is_shared_out_fork_by_fork() -> None:
+    tree, more = pole(6), GrowthOptions(allocation="priority", priority_sides=6)
+    light = gather(tree, all_lit(tree))
+    fewer, forks = (by(tree, light, GrowthOptions()) for by in (by_priority, by_borchert_honda))
+    np.testing.assert_array_equal(fewer.terminal, forks.terminal)
+    np.testing.assert_array_equal(fewer.lateral, forks.lateral)
+    assert by_priority(tree, light, more).terminal[-1] > 2.0 * forks.terminal[-1]
+
+
+def test_by_priority_trees_do_not_explode() -> None:
+    forks = grow(GrowthOptions(), 25, seed=1)
+    ranks = grow(GrowthOptions(allocation="priority"), 25, seed=1)
+    assert len(ranks.metamers) < 4 * len(forks.metamers)
+    height = [np.ptp(growth.metamers.held()["end"][:, 2]) for growth in (forks, ranks)]
+    assert height[0] < height[1] < 1.5 * height[0]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
-from pipeline.growth import DORMANT, GROWN, GrowthOptions, Metamers, grow
-from pipeline.growth.jitter import marker
-from pipeline.growth.markers import BLOCKED, Markers
+from pipeline.growth import DORMANT, GROWN, Growth, GrowthOptions, Metamers, claims, grow
+from pipeline.growth.jitter import BLOCKED, marker
+from pipeline.growth.markers import Markers
+from pipeline.growth.pruning import operation_of
 
 SPACE = GrowthOptions(light="space")
 
@@ -90,3 +93,48 @@ def test_perception_must_reach_beyond_occupancy() -> None:
 def test_any_seed_follows_any_other() -> None:
     for seed in range(12):
         assert len(grow(SPACE, 3, seed=seed).metamers) > 5
+
+
+def anew(growth: Growth) -> Markers:
+    """The markers of a tree, as if it had just come to stand there."""
+    tree = growth.metamers
+    markers = Markers(growth.options, growth.seed, tree.end[0].copy())
+    markers.add(tree.end[: len(tree)])
+    return markers
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("espalier", {"tiers": 2}),
+        ("thin", {"share": 0.4, "largest": 0.5}),
+        ("cut-to-bud", {"order": 0, "length_m": 1.0}),
+        ("bend-and-tie", {"order": 1, "from_m": 0.1}),
+    ],
+)
+def test_what_is_kept_from_year_to_year_is_what_a_new_look_gives(name: str, values: dict[str, Any]) -> None:
+    growth, pruning = Growth(Metamers.one_bud(), SPACE, seed=4), operation_of(name, values)
+    for year in range(1, 13):
+        growth.grow_year()
+        if name == "espalier" or year == 7:
+            pruning.apply(growth)
+        for got, wanted in zip(
+            growth.light.at_buds(growth.metamers), anew(growth).at_buds(growth.metamers), strict=True
+        ):
+            np.testing.assert_array_equal(got, wanted)
+    assert len(growth.metamers) > 40
+
+
+def test_buds_whose_view_is_not_kept_look_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    growth = grow(SPACE, 9, seed=3)
+    tree = growth.metamers
+    usual, every = anew(growth), (np.arange(len(tree)), np.arange(len(tree)) % 2 == 0)
+    light, ways = usual.at_buds(tree), usual.towards(tree, *every)
+    monkeypatch.setattr(claims, "MOST_KEPT", 500)
+    monkeypatch.setattr("pipeline.growth.markers.claim", claims.claim.py_func)
+    scarce = anew(growth)
+    for _ in range(2):
+        np.testing.assert_array_equal(scarce.at_buds(tree), light)
+        np.testing.assert_array_equal(scarce.towards(tree, *every), ways)
+    assert 0 < (scarce._views.start >= 0).sum() < 20
+    assert np.abs(ways).sum() > 10

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from pipeline.errors import UsageError
-from pipeline.growth import DAMAGED, DORMANT, BarePoleWarning, Growth, GrowthOptions, Metamers, grow
+from pipeline.growth import (
+    DAMAGED,
+    DORMANT,
+    BarePoleWarning,
+    Growth,
+    GrowthOptions,
+    Metamers,
+    bare_pole,
+    grow,
+)
 from pipeline.growth.light import Shadow
 
 
@@ -75,6 +84,24 @@ def test_too_many_metamers_stop_with_the_number() -> None:
 def test_a_bare_pole_is_warned_of() -> None:
     with pytest.warns(BarePoleWarning, match="raise alpha above"):
         grow(GrowthOptions(alpha=2.0), 1, seed=1)
+
+
+@pytest.mark.parametrize(("perception_deg", "alpha"), [(110.0, 2.2), (140.0, 3.0), (180.0, 4.0)])
+def test_wide_cones_grow_a_bare_pole_and_are_warned_of(perception_deg: float, alpha: float) -> None:
+    options = GrowthOptions(light="space", perception_deg=perception_deg, alpha=alpha)
+    with pytest.warns(BarePoleWarning, match="or lower lateral_threshold or perception_deg"):
+        growth = grow(options, 10, seed=1)
+    assert growth.metamers.held()["is_lateral"].sum() <= 1
+    enough = float(str(bare_pole(options)).split("raise alpha above ")[1].split()[0])
+    assert bare_pole(options.model_copy(update={"alpha": 1.01 * enough})) is None
+
+
+def test_cones_that_let_branches_grow_are_not_warned_of() -> None:
+    for options in (
+        GrowthOptions(light="space"),
+        GrowthOptions(light="space", perception_deg=120.0, alpha=4.0),
+    ):
+        assert grow(options, 10, seed=1).metamers.held()["is_lateral"].sum() > 5
 
 
 @pytest.mark.parametrize("metamer", [0, -1, 10_000])

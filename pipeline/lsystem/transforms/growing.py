@@ -13,7 +13,7 @@ from pydantic import Field, ValidationError, field_validator
 from pipeline.errors import InputFormatError, UsageError
 from pipeline.geometry.compiled import compiled
 from pipeline.lsystem.decode import decode, numbering, walked
-from pipeline.lsystem.document import checked
+from pipeline.lsystem.document import GROWN, checked
 from pipeline.lsystem.encode import LsystemOptions, encode
 from pipeline.lsystem.grammar import LONGEST, expand
 from pipeline.lsystem.numbering import carried, continued
@@ -142,7 +142,7 @@ def grow(document: Mapping[str, Any], *, years: int, options: ScaleOptions | Non
             grown.source,
             np.full(len(grown.parent), np.nan),
             _older(tree.trunk, options, years),
-            tree.metadata,
+            _told(tree.metadata, options, years),
         ),
         options=_as_written(document),
     )
@@ -222,6 +222,15 @@ def _older(trunk: Trunk | None, options: ScaleOptions, years: int) -> Trunk | No
     dbh, low, high = (size and size * factor for size in (trunk.dbh_m, trunk.lo_m, trunk.hi_m))
     source = "propagated" if trunk.source == "measured" else trunk.source
     return replace(trunk, dbh_m=dbh, lo_m=low, hi_m=high, arc_deg=0.0, source=source)
+
+
+def _told(metadata: Mapping[str, Any], options: ScaleOptions, years: int) -> dict[str, Any]:
+    """Tell in the metadata that the tree has grown, and of what growth before."""
+    if not years or not any(options.model_dump().values()):
+        return dict(metadata)
+    before = {"before": metadata["growth"]} if "growth" in metadata else {}
+    flags = tuple(sorted({*metadata.get("flags", ()), GROWN}))
+    return {**metadata, "flags": flags, "growth": {"method": "scale", "years": years, **before}}
 
 
 def _as_written(document: Mapping[str, Any]) -> LsystemOptions:

@@ -15,10 +15,11 @@ YEARS, CUT = 18, 9
 
 
 def size(growth) -> tuple[float, float]:
-    """Width over height, and height, metres."""
-    end = growth.metamers.held()["end"]
-    extent = np.ptp(end, axis=0)
-    return extent[:2].max() / extent[2], extent[2]
+    """Greatest width in plan over height, and height, metres: the way it lies is no matter."""
+    end, turn = growth.metamers.held()["end"], np.radians(np.arange(0.0, 180.0, 5.0))
+    wide = np.ptp(end[:, :2] @ np.stack([np.cos(turn), np.sin(turn)]), axis=0).max()
+    high = np.ptp(end[:, 2])
+    return wide / high, high
 
 
 def leaders(growth) -> int:
@@ -54,7 +55,7 @@ def test_two_or_three_leaders_a_lower_and_relatively_wider_tree(trees) -> None:
     assert all(leaders(row[1]) in {2, 3} for row in trees)
     assert all(leaders(row[2]) in {2, 3} for row in trees)
     assert (once[:, 1] < alone[:, 1]).all()
-    assert (once[:, 0] > alone[:, 0]).mean() > 0.5
+    assert (once[:, 0] > alone[:, 0]).mean() >= 0.75
     assert once[:, 0].mean() > alone[:, 0].mean()
     assert (again[:, 1] < alone[:, 1]).all()
     assert (again[:, 0] > alone[:, 0]).mean() >= 0.9
