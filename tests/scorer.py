@@ -63,9 +63,9 @@ def above(tree, truth, points):
 
 
 def true_diameter(truth):
-    """Diameter 1.3 m above the foot of the true stem, metres."""
+    """Diameter 1.3 m above the foot of the true stem, metres; not of an end that hangs down to there."""
     stem = truth["order"] == 0
     height = truth["s"][stem, 2].min() + 1.3
     low, high = truth["s"][stem, 2], truth["e"][stem, 2]
     hit = (np.minimum(low, high) <= height) & (np.maximum(low, high) > height)
-    return 2 * truth["r"][stem][hit].mean()
+    return 2 * truth["r"][stem][hit].max()

@@ -111,7 +111,11 @@ def _stout(wood: Wood, thickest: Floats) -> int:
 
 
 def _breast_diameter_cm(wood: Wood, a: Floats, b: Floats) -> float | None:
-    """Return the mean diameter of the stem's segments that cross breast height."""
+    """Return the diameter of the stem at breast height.
+
+    Where it crosses that height more than once, the mean of all that are at least half as thick as the
+    thickest: the end of a stem that hangs down to there is no trunk.
+    """
     stem = wood.order == 0
     if not stem.any():
         return None
@@ -121,7 +125,8 @@ def _breast_diameter_cm(wood: Wood, a: Floats, b: Floats) -> float | None:
     if not hit.any():
         return None
     share = (height - begin[hit]) / (end[hit] - begin[hit])
-    return float(200.0 * (a[stem][hit] + share * (b - a)[stem][hit]).mean())
+    radius = a[stem][hit] + share * (b - a)[stem][hit]
+    return float(200.0 * radius[2 * radius >= radius.max()].mean())
 
 
 def _ratio(a: float | None, b: float | None) -> float | None:

@@ -11,6 +11,7 @@ from pydantic import Field
 from scipy.spatial import ConvexHull
 
 from pipeline.cloud.clumps import parts
+from pipeline.cloud.foliage import stands_in_foliage
 from pipeline.cloud.ground import Ground, below, foot, lowest
 from pipeline.cloud.groundsearch import find_ground
 from pipeline.cloud.leaves import LeafOptions, find_leaves
@@ -272,13 +273,13 @@ def _wood_of(tree: PointCloud, options: CleanOptions, tally: _Tally) -> PointClo
 
     Whether the points that remain are leaves goes into the metadata.
     """
-    seen = is_leafy(tree.xyz)
-    wanted = options.leaves == "drop" or (options.leaves == "auto" and seen)
-    if not wanted or tree.metadata["spacing_m"] > DENSE_M:
-        return tree.take(np.ones(len(tree), dtype=bool), leafy_points=seen)
     frame = Frame.of(tree.xyz, tree.metadata)
     turned = frame.turn(tree.xyz)
     order = frame.order(turned)
+    seen = is_leafy(tree.xyz) or stands_in_foliage(turned[order], options=options)
+    wanted = options.leaves == "drop" or (options.leaves == "auto" and seen)
+    if not wanted or tree.metadata["spacing_m"] > DENSE_M:
+        return tree.take(np.ones(len(tree), dtype=bool), leafy_points=seen)
     leaves = np.empty(len(tree), dtype=bool)
     leaves[order] = find_leaves(turned[order], options=options)
     wood = tally.drop("leaf", tree, leaves)

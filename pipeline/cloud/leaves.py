@@ -90,17 +90,27 @@ def find_leaves(xyz: Floats, *, options: LeafOptions | None = None) -> Mask:
     options = options or LeafOptions()
     if len(xyz) <= NEIGHBOURS:
         return np.zeros(len(xyz), dtype=bool)
-    cell = max(options.leaf_cell_m, _usual_distance(xyz))
-    first, place = _thinned(xyz, cell)
-    few = np.ascontiguousarray(xyz[first])
+    cell, few, place = thinned_for_lines(xyz, options.leaf_cell_m)
     if len(few) <= NEIGHBOURS:
         return np.zeros(len(xyz), dtype=bool)
     near = cKDTree(few).query(few, k=NEIGHBOURS + 1)[1][:, 1:]
-    score = _scores(few, cell)
-    score = 0.5 * (score + score[near].mean(axis=1))
+    score = smoothed_scores(few, near, cell)
     wood = _connected_wood(few, near, score, cell, options.wood_score)
     wood |= wood[near].mean(axis=1) > MOST
     return np.asarray(~wood[place])
+
+
+def thinned_for_lines(xyz: Floats, least_m: float) -> tuple[float, Floats, Ints]:
+    """Return the cell that lines are sought with, one point a cell, and which stands for every point."""
+    cell = max(least_m, _usual_distance(xyz))
+    first, place = _thinned(xyz, cell)
+    return cell, np.ascontiguousarray(xyz[first]), place
+
+
+def smoothed_scores(xyz: Floats, near: Ints, cell: float) -> Floats:
+    """Return the evidence for the best line through every point, half of it that of its neighbours."""
+    score = _scores(xyz, cell)
+    return np.asarray(0.5 * (score + score[near].mean(axis=1)))
 
 
 def _usual_distance(xyz: Floats) -> float:

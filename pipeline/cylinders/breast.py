@@ -93,7 +93,7 @@ def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float)
     points = points[np.abs(points[:, 2] - ground_z - BREAST_M) <= SLICES_M[-1] / 2]
     off = np.abs(points[:, 2] - ground_z - BREAST_M)
     best = _Slice(0.0, 0.0, 0.0)
-    for tall in SLICES_M:
+    for tall in SLICES_M if _bark_shows(axes, measured, ground_z) else ():
         best = _slice(points[off <= tall / 2], centre, axes.frames()[at], radius, noise)
         if 0.0 < best.error <= SHARP * best.radius:
             break
@@ -114,6 +114,15 @@ def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float)
     within = WITHIN_90 * float(np.sqrt(1.0 / weight.sum() + (uneven * radius) ** 2))
     lo, hi = 2 * max(radius - within, 0.0), 2 * (radius + within)
     return Trunk(2 * radius, lo, hi, best.arc_deg, "measured", ground_z)
+
+
+def _bark_shows(axes: Axes, measured: Measured, ground_z: float) -> bool:
+    """Whether a slice may be asked: in leaf, a ring is bark where the stem around it shows bark."""
+    if not measured.crown.in_leaf:
+        return True
+    stem = slice(int(axes.first[0]), int(axes.first[1]))
+    near = np.abs(axes.xyz[stem, 2] - ground_z - BREAST_M) <= NEIGHBOURS_M[-1]
+    return bool((near & (measured.windows.evidence[stem] > 0.0)).any())
 
 
 def _unevenness(axes: Axes, measured: Measured, noise: float, ground_z: float) -> float:

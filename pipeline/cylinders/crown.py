@@ -26,11 +26,14 @@ class Crown:
         Median distance of neighbouring points, metres.
     leafy : bool
         Whether leaves keep the bark from showing.
+    in_leaf : bool
+        Whether leaves were dropped, so that some are left around the twigs.
     """
 
     diameter_m: float
     spacing_m: float
     leafy: bool
+    in_leaf: bool = False
 
     @property
     def sparse(self) -> bool:
@@ -61,4 +64,8 @@ def crown_of(cloud: PointCloud, xyz: Floats) -> Crown:
     leafy = cloud.metadata.get("leafy_points")
     if leafy is None:
         leafy = is_leafy(xyz)
-    return Crown(float(2.0 * np.sqrt(area / np.pi)), float(spacing), bool(leafy))
+    return Crown(float(2.0 * np.sqrt(area / np.pi)), float(spacing), bool(leafy), _leaves_dropped(cloud))
+
+
+def _leaves_dropped(cloud: PointCloud) -> bool:
+    return bool(dict(cloud.metadata.get("dropped") or {}).get("leaf"))

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from pipeline.cylinders.anchors import anchor, extend_tips, inside_parent, set_foot
 from pipeline.cylinders.assembly import Tolerance, assemble, chosen_nodes, looseness
+from pipeline.cylinders.bark import bark_only
 from pipeline.cylinders.breast import around_breast_height, breast_height, through_breast_height
 from pipeline.cylinders.circles import with_circles
 from pipeline.cylinders.crown import crown_of
@@ -21,11 +22,11 @@ from pipeline.cylinders.restructure import continue_anew, drop_hidden
 from pipeline.geometry.axes import Axes, axes_of
 from pipeline.geometry.azimuth import Frame
 from pipeline.geometry.estimates import NONE
-from pipeline.geometry.noise import range_noise
+from pipeline.geometry.noise import range_noise, shows_noise
 from pipeline.geometry.sides import complete, seen_from
 from pipeline.geometry.smoothing import whittaker
 from pipeline.geometry.surface import Tubes, nearest_tube
-from pipeline.geometry.windows import Windows, measure, share_out
+from pipeline.geometry.windows import Shared, Windows, measure, share_out
 from pipeline.model import PointCloud, Skeleton, TreeModel
 from pipeline.options import Options
 
@@ -102,6 +103,10 @@ def _fit(cloud: PointCloud, skeleton: Skeleton, options: CylinderOptions) -> Tre
     for number in range(options.rounds + 1):
         shared = share_out(xyz, axes)
         windows = _outside(axes, measure(axes, shared, noise, options.window_m))
+        if not number and not shows_noise(windows):
+            windows = _look_finer(windows, axes, shared, options.window_m)
+        if crown.in_leaf:
+            windows = bark_only(windows, axes)
         noise = range_noise(windows, noise)
         windows = complete(windows, axes, seen_from(windows, noise))
         windows = with_circles(windows, axes, circles)
@@ -134,6 +139,16 @@ def _recentre(axes: Axes, windows: Windows, stiffness: float) -> Axes:
         xyz[run] = whittaker(goal[run], weight[run], stiffness)
     xyz[axes.first[1:-1]] = xyz[axes.foot[1:]]
     return axes.at(xyz)
+
+
+def _look_finer(windows: Windows, axes: Axes, shared: Shared, window_m: float) -> Windows:
+    """Measure again, by less noise, a tree that is too thin throughout for the noise it was measured by.
+
+    That noise is read off limbs as rough as the skeleton has them. Where nothing is thick against it nothing
+    is fitted that shows how small it is.
+    """
+    finer = _outside(axes, measure(axes, shared, FIRST_NOISE_M, window_m))
+    return finer if shows_noise(finer) else windows
 
 
 def _model(

@@ -75,6 +75,8 @@ def smooth(axes: Axes, windows: Windows, *, noise: float, min_arc: float, crown:
     """
     count = len(axes.xyz)
     usable = (windows.kind != NONE) & (windows.variance > 0) & np.isfinite(windows.variance)
+    if crown.in_leaf:  # what is left of the leaves makes twigs as wide as the search for lines lets it
+        usable &= windows.evidence >= WEAK
     square, weight = np.zeros(count), np.zeros(count)
     carried = carried_length(axes)
     stem, is_measured = _lower_stem(axes, windows, crown.diameter_m)

@@ -17,7 +17,7 @@ from pipeline.formats import qsm
 from pipeline.geometry.numbering import from_edges
 from pipeline.model import Skeleton, TreeModel
 from pipeline.synthetic import Truth, read_truth, truth_of
-from tests.accuracy.conftest import changed
+from tests.accuracy.conftest import changed, pole
 
 SAME = (
     *("volume_error_pct", "stem_volume_error_pct", "branch_volume_error_pct", "length_error_pct"),
@@ -95,6 +95,15 @@ def test_the_scorer_finds_no_nearer_bark(scorer, shared_data):
     ours = np.abs(nearest_bark(points, tubes).surface)
     assert (ours <= theirs + 1e-9).all()
     assert ours.mean() == pytest.approx(theirs.mean(), rel=1e-3)
+
+
+def test_the_hanging_end_of_a_stem_is_no_trunk():
+    """It crosses breast height once more, a centimetre thick."""
+    hanging = pole(
+        (0, 0, 0), (0, 0, 4), (1, 0, 5), (2, 0, 4), (2, 0, 0.5), radius=[0.2, 0.2, 0.05, 0.02, 0.005]
+    )
+    upright = pole((0, 0, 0), (0, 0, 4), radius=0.2)
+    assert compare_truth(hanging, truth_of(upright)).dbh_error_pct == pytest.approx(0.0, abs=1e-9)
 
 
 def test_truth_of_a_tree_is_its_equal(tree):

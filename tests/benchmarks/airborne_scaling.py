@@ -1,15 +1,17 @@
 """What a country costs: memory of a worker, CPU seconds a million points, and the load of 170,000 cells.
 
-``python tests/benchmarks/airborne_scaling.py TILE.laz [--million 100] [--cells 5000] [--folder DIR]``
+``python tests/benchmarks/airborne_scaling.py TILE.laz [--million 100] [--cells 5000] [--core-m 500]``
 
-A tile is replicated with jitter until it has as many points as asked for, exploded, and one cell of it is
-done; then cells without any points go through the real engine. docs/scaling.md has the figures.
+A tile is replicated with jitter until it has as many points as asked for, exploded, its fullest cell is
+read and its trees are cut out, and then it is done whole; then cells without any points go through the
+real engine. ``--steps explode segment`` leaves out the models. docs/scaling.md has the figures.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import resource
 import shutil
 import subprocess
@@ -23,15 +25,20 @@ import laspy
 import numpy as np
 
 from pipeline.airborne.grid import Cell, GridOptions, cells_over
+from pipeline.airborne.segmentation import segment
 from pipeline.batch.engine import run_batch
 from pipeline.batch.explode import explode, slices_of
 from pipeline.batch.gather import Sources, gather
 from pipeline.batch.plan import Plan, make_plan
 from pipeline.batch.tasks import Job
-from pipeline.config import Config
+from pipeline.cloud.parts import read_part
+from pipeline.config import Config, read_config
 
 JITTER = 10
 """Steps of the stored integers by which a copy differs."""
+
+CORE = "AIRBORNE_SCALING_CORE_M"
+"""Environment of the processes that do a step."""
 
 ALL_CELLS = 170_000
 
@@ -56,7 +63,7 @@ def replicate(source: Path, target: Path, millions: float) -> None:
 def plan_and_job(tile: Path, folder: Path) -> tuple[Plan, Job]:
     from pipeline.batch.cell import work
 
-    config = Config()
+    config = read_config(preset="airborne").with_settings([f"batch.core_m={os.environ.get(CORE, '500')}"])
     plan = make_plan([tile], config.batch, config_hash=config.config_hash)
     job = Job(
         work,
@@ -74,27 +81,51 @@ def plan_and_job(tile: Path, folder: Path) -> tuple[Plan, Job]:
 def step_explode(tile: Path, folder: Path) -> dict:
     """Explode all slices of a tile in this process."""
     plan, _ = plan_and_job(tile, folder)
+    begin = time.process_time()
     for piece in slices_of(plan.tiles[0]):
         explode(piece, plan.cells, plan.grid, plan.frame, folder / "work")
-    return {"points": plan.tiles[0].points, "cells": len(plan.cells)}
+    cpu = time.process_time() - begin
+    return {"points": plan.tiles[0].points, "cells": len(plan.cells), "cpu_s": cpu}
+
+
+def step_segment(tile: Path, folder: Path) -> dict:
+    """Cut the trees out of the cell with the most points, after a small one that loads what is compiled."""
+    plan, job = plan_and_job(tile, folder)
+    options = Config.model_validate_json(job.config_json).airborne
+    chosen = fullest(plan, folder)
+    sources = Sources(plan.tiles, (parts_of(chosen, folder),), plan.frame, whole=False)
+    small = gather(sources, Cell(chosen.x0, chosen.y0, chosen.size_m / 8), 20.0, folder / "small.las")
+    whole = gather(replace(sources, whole=True), chosen, 20.0, folder / "whole.las")
+    segment(read_part(small.path), options=options)
+    begin = time.process_time()
+    cloud = read_part(whole.path)
+    read = time.process_time() - begin
+    found = segment(cloud, options=options)
+    cpu = time.process_time() - begin
+    told = {"trees": len(found.trees), "vegetation": round(float(found.vegetation.mean()), 3)}
+    return {**told, "points": len(cloud), "read_s": read, "segment_s": cpu - read, "cpu_s": cpu}
+
+
+def parts_of(cell: Cell, folder: Path) -> tuple[Path, ...]:
+    return tuple(sorted((folder / "work" / cell.name).glob("*.las")))
+
+
+def fullest(plan: Plan, folder: Path) -> Cell:
+    """Return the cell with the most points."""
+    return max(plan.cells, key=lambda cell: sum(path.stat().st_size for path in parts_of(cell, folder)))
 
 
 def step_cell(tile: Path, folder: Path) -> dict:
     """Do the cell with the most points in this process; a small one comes first, to load what is compiled."""
     plan, job = plan_and_job(tile, folder)
-    sizes = {
-        cell: sum(path.stat().st_size for path in (folder / "work" / cell.name).glob("*.las"))
-        for cell in plan.cells
-    }
-    chosen = max(sizes, key=lambda cell: sizes[cell])
+    chosen = fullest(plan, folder)
     small = Cell(chosen.x0, chosen.y0, chosen.size_m / 8)
     done = [one_cell(plan, job, cell, chosen, folder) for cell in (small, chosen)]
     return {**done[1], "warm_cpu_s": done[0]["cpu_s"]}
 
 
 def one_cell(plan: Plan, job: Job, cell: Cell, root: Cell, folder: Path) -> dict:
-    parts = tuple(sorted((folder / "work" / root.name).glob("*.las")))
-    sources = Sources(plan.tiles, (parts,), plan.frame, whole=cell == root)
+    sources = Sources(plan.tiles, (parts_of(root, folder),), plan.frame, whole=cell == root)
     begin = time.process_time()
     gathered = gather(sources, cell, plan.grid.buffer_m, folder / "gathered.las")
     target = folder / "cells" / cell.name
@@ -137,7 +168,7 @@ def simulate(tile: Path, folder: Path, cells: int) -> dict:
     return {"cells": cells, "wall_s": wall, "driver_and_scheduler_cpu_s": own}
 
 
-STEPS = {"explode": step_explode, "cell": step_cell}
+STEPS = {"explode": step_explode, "segment": step_segment, "cell": step_cell}
 
 
 def in_a_process(step: str, tile: Path, folder: Path) -> dict:
@@ -162,22 +193,25 @@ def main() -> None:
     parser.add_argument("--million", type=float, default=100.0)
     parser.add_argument("--cells", type=int, default=5000)
     parser.add_argument("--folder", type=Path)
-    parser.add_argument("--step", choices=STEPS)
+    parser.add_argument("--core-m", type=float, default=500.0)
+    parser.add_argument("--steps", choices=STEPS, nargs="*", default=list(STEPS))
+    parser.add_argument("--step", choices=STEPS, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.step:
         measured(given.step, given.tile, given.folder)
         return
+    os.environ[CORE] = str(given.core_m)
     folder = Path(tempfile.mkdtemp(dir=given.folder))
     try:
         if given.million:
             big = folder / "big.laz"
             replicate(given.tile, big, given.million)
-            for step in STEPS:
+            for step in given.steps:
                 told = in_a_process(step, big, folder)
                 millions = told["points"] / 1e6
                 print(f"{step}: {told}", flush=True)
-                cpu = told.get("cpu_s", told["process_cpu_s"])
-                print(f"{step}: {cpu / millions:.2f} CPU-s a million points, peak {told['peak_mb']:.0f} MB")
+                each = told["cpu_s"] / millions
+                print(f"{step}: {each:.2f} CPU-s a million points, peak {told['peak_mb']:.0f} MB")
         if given.cells:
             told = simulate(given.tile, folder / "sim", given.cells)
             each = told["driver_and_scheduler_cpu_s"] / told["cells"]

@@ -255,10 +255,22 @@ def measure_open() -> None:
         "once": planned(OpenCentre(), 10),
         "kept open": planned(OpenCentre(), 10, until=25, every=2),
     }
+    alone = np.zeros(len(SEEDS))
     for name, events in ways.items():
-        size = np.array([np.ptp(tree(25, s, *events).metamers.held()["end"], axis=0) for s in SEEDS])
-        ratio = (size[:, :2].max(axis=1) / size[:, 2]).mean()
-        print(f"open-centre, {name}: height {size[:, 2].mean():.2f} m, width/height {ratio:.3f}")
+        size = np.array([extent(tree(25, s, *events).metamers.held()["end"]) for s in SEEDS])
+        ratio = size[:, 0] / size[:, 1]
+        alone = ratio if name == "alone" else alone
+        print(
+            f"open-centre, {name}: height {size[:, 1].mean():.2f} m, width {size[:, 0].mean():.2f} m, "
+            f"width/height {ratio.mean():.3f}, more than alone in {100 * (ratio > alone).mean():.0f} %"
+        )
+
+
+def extent(points: np.ndarray) -> tuple[float, float]:
+    """Greatest width in plan, whichever way it lies, and height, metres."""
+    turn = np.radians(np.arange(0.0, 180.0, 5.0))
+    across = points[:, :2] @ np.stack([np.cos(turn), np.sin(turn)])
+    return float(np.ptp(across, axis=0).max()), float(np.ptp(points[:, 2]))
 
 
 def measure_facing() -> None:

@@ -50,7 +50,12 @@ def trunk_of(profile, points, noise, *, believed=None, source=MEASURED, error=0.
     shared = share_out(points, axes)
     count = len(axes.xyz)
     radii = SimpleNamespace(source=np.full(count, source), error=np.full(count, error))
-    measured = SimpleNamespace(shared=shared, windows=measure(axes, shared, noise, 0.04), radii=radii)
+    measured = SimpleNamespace(
+        shared=shared,
+        windows=measure(axes, shared, noise, 0.04),
+        radii=radii,
+        crown=SimpleNamespace(in_leaf=False),
+    )
     return breast_height(axes, measured, noise, GROUND)
 
 
