@@ -2,7 +2,7 @@
 
 | method | what | for |
 |---|---|---|
-| `prominence` | treetops rise 15 cm above any way to a higher one nearby | streets, parks, forests |
+| `prominence` | treetops with a valley between them and any higher one nearby | streets, parks, forests |
 | `maxima` | treetops are highest in a window of 2 m + 0.05 h | the usual method, to set beside |
 | `peaks` | the same with half the window | conifers with narrow crowns; splits broad crowns |
 
@@ -51,6 +51,13 @@ class CrownOptions(Options):
         le=10,
         description="least rise of a treetop above the way to a higher one, in metres of smoothed canopy",
     )
+    valley_share: float = Field(
+        default=0.15,
+        ge=0,
+        le=1,
+        description="least depth of the valley between two treetops below the straight line that joins them, "
+        "as a share of their distance",
+    )
     max_crown_radius_m: float = Field(
         default=10.0, ge=1, le=15, description="farthest that a crown reaches from its treetop in metres"
     )
@@ -73,9 +80,17 @@ def by_peaks(chm: Floats, cell_m: float, options: CrownOptions) -> Cells:
 
 
 def by_prominence(chm: Floats, cell_m: float, options: CrownOptions) -> Cells:
-    """(rows, cols) flat position of every cell's treetop, -1 where there is none; by their prominence."""
+    """(rows, cols) flat position of every cell's treetop, -1 where there is none; by their prominence.
+
+    The mantle of one crown bulges: it does not sink far below the straight line between two of its points,
+    and the farther apart they are, the less a hollow of some depth says. So a valley parts two trees where
+    the lower top rises by `prominence_m` above it, and the valley lies below the line from top to top by
+    `valley_share` of their distance. A small tree at the flank of a tall one rises little, but its valley
+    is deep below that line; two clumps of one flat crown have neither.
+    """
     upward = _upward(chm, 0.0, 0.0)
-    joined = _joined(chm, upward, NEARBY_M / cell_m, options.prominence_m)
+    limits = (NEARBY_M / cell_m, options.prominence_m, options.valley_share * cell_m)
+    joined = _joined(chm, upward, limits)
     reach = options.max_crown_radius_m / cell_m
     return _climbed(chm, joined, reach, options.min_crown_share).reshape(chm.shape)
 
@@ -120,48 +135,68 @@ def _upward(chm: Floats, window: float, window_per_m: float) -> Cells:
 
 
 @compiled
-def _joined(chm: Floats, up: Cells, reach: float, least: float) -> Cells:
-    """Let every treetop climb on to the higher one that it hardly rises above the way to."""
+def _joined(chm: Floats, up: Cells, limits: tuple[float, float, float]) -> Cells:
+    """Let every treetop climb on to the higher one that no valley parts it from."""
     flat, out = chm.ravel(), up.copy()
     seen = np.full(len(up), -1, dtype=np.int64)
     for top in range(len(up)):
         if up[top] == top:
-            out[top] = _higher(flat, chm.shape[1], top, (reach, least), seen)
+            low, higher = _valley(flat, chm.shape[1], top, limits, seen)
+            if higher != top and not _parted(flat, up, (top, low, higher), limits, chm.shape[1]):
+                out[top] = higher
     return out
 
 
 @compiled
-def _higher(flat: Floats, cols: int, top: int, limits: tuple[float, float], seen: Cells) -> int:
-    """First higher cell that a flood from a treetop reaches, itself where the water falls too far before.
+def _valley(
+    flat: Floats, cols: int, top: int, limits: tuple[float, float, float], seen: Cells
+) -> tuple[int, int]:
+    """Lowest cell of the highest way from a treetop to higher canopy, and the first higher cell on it.
 
-    The flood takes the highest of its banks first, and of equals the one that comes first.
+    The flood takes the highest of its banks first, and of equals the one that comes first. The higher cell
+    is the treetop itself where there is none in reach, or where the valley is deep enough at any distance.
     """
-    reach, least = limits
-    low, banks = flat[top], [(-flat[top], top)]
+    reach, least, share = limits
+    deep = max(least, share * reach)
+    low, banks = top, [(-flat[top], top)]
     seen[top] = top
     while len(banks) > 0:
         level, cell = heapq.heappop(banks)
-        low = min(low, -level)
-        if low <= 0.0 or flat[top] - low >= least:
-            return top
+        if -level < flat[low]:
+            low = cell
+        if flat[low] <= 0.0 or flat[top] - flat[low] >= deep:
+            return low, top
         if -level > flat[top] or (-level == flat[top] and cell > top):
-            return int(cell)
+            return low, int(cell)
         for step in range(9):
             i, j = cell // cols + step // 3 - 1, cell % cols + step % 3 - 1
-            rise, run = i - top // cols, j - top % cols
-            if (
-                i < 0
-                or j < 0
-                or j >= cols
-                or i * cols >= len(flat)
-                or rise * rise + run * run > reach * reach
-            ):
+            if i < 0 or j < 0 or j >= cols or i * cols >= len(flat):
                 continue
             at = i * cols + j
-            if seen[at] != top:
+            if seen[at] != top and _apart(top, at, cols) <= reach:
                 seen[at] = top
                 heapq.heappush(banks, (-flat[at], at))
-    return top
+    return low, top
+
+
+@compiled
+def _parted(
+    flat: Floats, up: Cells, way: tuple[int, int, int], limits: tuple[float, float, float], cols: int
+) -> bool:
+    """Whether a valley is deep enough for two trees: below the lower top and below the line to the other."""
+    top, low, summit = way
+    reach, least, share = limits
+    while up[summit] != summit and _apart(top, up[summit], cols) <= reach:
+        summit = up[summit]
+    here, there = _apart(top, low, cols), _apart(low, summit, cols)
+    line = flat[top] + (flat[summit] - flat[top]) * here / max(here + there, 1.0)
+    return bool(flat[top] - flat[low] >= least and line - flat[low] >= share * _apart(top, summit, cols))
+
+
+@compiled
+def _apart(a: int, b: int, cols: int) -> float:
+    """Distance of two cells, in cells."""
+    return float(np.hypot(a // cols - b // cols, a % cols - b % cols))
 
 
 @compiled

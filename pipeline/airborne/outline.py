@@ -22,10 +22,22 @@ def hull(xy: Floats) -> Floats:
     Andrew, A. M. (1979). Another efficient algorithm for convex hulls in two dimensions. Inf. Process.
     Lett. 9 (5), 216-219.
     """
-    steps = np.rint(xy * STEPS).astype(np.int64)
-    steps = steps[np.lexsort((steps[:, 1], steps[:, 0]))]
-    lower, upper = _chain(steps), _chain(steps[::-1].copy())
-    return np.asarray(np.concatenate([lower[:-1], upper[:-1]]) if len(lower) > 1 else lower) / STEPS
+    return _around(np.rint(xy * STEPS).astype(np.int64)) / STEPS
+
+
+@compiled
+def _around(steps: Ints) -> Ints:
+    """Corners of the hull; points are sorted by x, then y, as one number each."""
+    low, west = steps[:, 1].min(), steps[:, 0].min()
+    high = steps[:, 1].max() - low + 1
+    key = np.sort((steps[:, 0] - west) * high + steps[:, 1] - low)
+    ordered = np.empty((len(key), 2), dtype=np.int64)
+    for p in range(len(key)):
+        ordered[p, 0], ordered[p, 1] = key[p] // high + west, key[p] % high + low
+    lower, upper = _chain(ordered), _chain(ordered[::-1].copy())
+    if len(lower) == 1:
+        return lower
+    return np.concatenate((lower[:-1], upper[:-1]))
 
 
 @compiled
@@ -50,6 +62,14 @@ def _chain(steps: Ints) -> Ints:
 
 def area(outline: Floats) -> float:
     """Area of a polygon in square metres, from its corners (K, 2) in order."""
-    x, y = np.rint((outline - outline[0]) * STEPS).astype(np.int64).T
-    twice = int((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
-    return abs(twice) / 2 / STEPS**2
+    return abs(_twice(np.rint((outline - outline[0]) * STEPS).astype(np.int64))) / 2 / STEPS**2
+
+
+@compiled
+def _twice(steps: Ints) -> int:
+    """Twice the area that corners go round, in square steps."""
+    total, last = 0, len(steps) - 1
+    for p in range(len(steps)):
+        total += steps[last, 0] * steps[p, 1] - steps[p, 0] * steps[last, 1]
+        last = p
+    return int(total)

@@ -204,7 +204,7 @@ def _plants(
         tall = (height > options.min_height_m) & (height <= options.max_height_m)
     out = tall & np.isin(kinds, PLANTS)
     asked = np.flatnonzero(tall & ~out & ~np.isin(kinds, NO_PLANTS))
-    out[asked] = vegetation(xyz[asked], origin, options)
+    out[asked] = vegetation(xyz, origin, options, asked)
     return np.asarray(out)
 
 
@@ -255,12 +255,14 @@ def _one_pass(
 ) -> tuple[list[Positions], Positions]:
     """Return the points of every tree of a canopy, and those that belong to none."""
     chm = canopy(scene.height[plants], scene.cells[plants], grid, options.smooth_cells)
-    crowns = METHODS[options.detector](chm, grid.cell_m, options).ravel()
+    crowns = METHODS[options.detector](chm, grid.cell_m, options).ravel().astype(np.int32)
     top = crowns[scene.cells[plants]]
     order = np.argsort(top, kind="stable")
-    first = np.flatnonzero(np.diff(top[order], prepend=-2))
-    groups = np.split(plants[order], first[1:]) if len(plants) else []
-    tops = top[order][first] if len(plants) else top
+    top, plants = top[order], plants[order]
+    del order  # a cloud of millions of points is not held more often than need be
+    first = np.flatnonzero(np.diff(top, prepend=-2))
+    groups = np.split(plants, first[1:]) if len(plants) else []
+    tops = top[first].tolist()
     left = [g for g, t in zip(groups, tops, strict=True) if t < 0 or len(g) < options.min_points]
     kept = [g for g, t in zip(groups, tops, strict=True) if t >= 0 and len(g) >= options.min_points]
     return kept, np.concatenate([*left, np.empty(0, np.int64)]).astype(np.int64)
@@ -269,24 +271,23 @@ def _one_pass(
 def _described(scene: _Scene, points: Positions, found_as: tuple[str, ...]) -> AirborneTree:
     """Describe the tree of some points."""
     xyz = scene.xyz[points]
-    apex = xyz[np.lexsort((xyz[:, 1], xyz[:, 0], -xyz[:, 2]))[0]]
+    apex = _apex(xyz)
     outline = hull(xyz[:, :2])
-    ground_z = float(scene.terrain.raster.at(apex[None, :2])[0])
+    raster = scene.terrain.raster
+    ground_z = float(raster.at(apex[None, :2])[0])
     size = area(outline)
     flags = set(found_as)
     if scene.near_building[scene.cells[points]].any():
         flags.add("near_building")
-    row, col = np.floor((apex[:2] - scene.terrain.raster.corner) / scene.terrain.raster.cell_m).astype(int)[
-        ::-1
-    ]
+    col, row = np.floor((apex[:2] - raster.corner) / raster.cell_m).astype(int)
     if scene.terrain.found[row, col]:
         flags.add("no_ground")
-    firsts = int(scene.first_return[points].sum())
+    firsts = int(np.count_nonzero(scene.first_return[points]))
     return AirborneTree(
         points,
         apex + scene.shift,
         ground_z + float(scene.shift[2]),
-        _base(xyz, scene.height[points]) + scene.shift[:2],
+        _base(xyz, scene.height[points], apex) + scene.shift[:2],
         outline + scene.shift[:2],
         size,
         float(np.sqrt(4 * size / np.pi)),
@@ -295,12 +296,18 @@ def _described(scene: _Scene, points: Positions, found_as: tuple[str, ...]) -> A
     )
 
 
-def _base(xyz: Floats, height: Floats) -> Floats:
+def _apex(xyz: Floats) -> Floats:
+    """(3,) highest point; of several the westernmost, then the southernmost."""
+    tops = xyz[xyz[:, 2] == xyz[:, 2].max()]
+    return np.asarray(tops[np.lexsort((tops[:, 1], tops[:, 0]))[0]] if len(tops) > 1 else tops[0])
+
+
+def _base(xyz: Floats, height: Floats, apex: Floats) -> Floats:
     """Plan position of the stem's foot: halfway from the apex to the middle of the upper crown.
 
     The apex of a broad crown lies anywhere on it, the middle of a small one is drawn to its sunny side.
     """
     upper = xyz[height >= FOOT_SHARE * height.max(), :2]
-    middle = np.sort(upper, axis=0)[(len(upper) - 1) // 2]
-    apex = xyz[np.lexsort((xyz[:, 1], xyz[:, 0], -xyz[:, 2]))[0], :2]
-    return np.asarray((middle + apex) / 2.0)
+    half = (len(upper) - 1) // 2
+    middle = np.partition(upper, half, axis=0)[half]
+    return np.asarray((middle + apex[:2]) / 2.0)

@@ -10,6 +10,8 @@ roof would be lost with it, or the roof won.
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
@@ -37,25 +39,63 @@ class VegetationOptions(Options):
     )
 
 
-def vegetation(xyz: Floats, origin: Floats, options: VegetationOptions) -> Mask:
-    """(P,) mask of the points that are vegetation by their shape.
+STRIP_POINTS = 2_000_000
+"""Points of a strip, about: cubes and what is known of them are held for one strip at a time."""
+
+STRIP_M = 25.0
+"""No strip is narrower: below, the points read on both sides would be most of it."""
+
+
+def vegetation(
+    xyz: Floats, origin: Floats, options: VegetationOptions, asked: NDArray[np.int64] | None = None
+) -> Mask:
+    """(N,) mask of the points that are vegetation by their shape.
 
     Parameters
     ----------
     xyz : (P, 3) array
-        Snapped points well above the ground, without buildings, in metres from `origin`.
+        Snapped points in metres from `origin`.
     origin : (3,) array
         Whole metres.
     options : VegetationOptions
+    asked : (N,) array of int, optional
+        Positions of those that are well above the ground and no buildings; the others take no part.
+        All of them if not given.
     """
+    asked = np.arange(len(xyz)) if asked is None else asked
+    out = np.zeros(len(asked), dtype=bool)
+    margin = (options.vote_rounds + 2) * options.voxel_m  # what a vote hangs on, and a cube that is cut
+    y = xyz[asked, 1]
+    for south, north in itertools.pairwise(_strips(y)):
+        near = np.flatnonzero((y >= south - margin) & (y < north + margin))
+        own = (y[near] >= south) & (y[near] < north)
+        out[near[own]] = _voted(xyz[asked[near]], origin, options)[own]
+    return out
+
+
+def _strips(y: Floats) -> list[float]:
+    """Edges of strips with about as many points each, from south to north; the result does not show them."""
+    count = -(-len(y) // STRIP_POINTS)
+    if count <= 1:
+        return [-np.inf, np.inf]
+    places = len(y) * np.arange(1, count) // count
+    edges, south = [-np.inf], float(y.min())
+    for edge in np.partition(y, places)[places].tolist():
+        if edge - max(edges[-1], south) >= STRIP_M:
+            edges.append(edge)
+    return [*edges, np.inf]
+
+
+def _voted(xyz: Floats, origin: Floats, options: VegetationOptions) -> Mask:
+    """(P,) mask of the points whose neighbourhood is vegetation; those near the edge lack neighbours."""
     cubes = voxels(xyz, origin, options.voxel_m)
     spread = spreads(gathered(cubes.moments, cubes.near, cubes.side))
     with np.errstate(invalid="ignore"):  # points that span no ellipsoid are not round
         is_round = spread[:, 2] > options.min_sphericity * spread[:, 0]
     count = cubes.count.astype(np.float64)
     share = _spread_out(np.where(is_round, count, 0.0), count, cubes.near, options.vote_rounds)
-    company = _company(cubes.count, cubes.near, options.min_points, options.vote_rounds)
-    return np.asarray(((share > options.min_share) & company)[cubes.of_point])
+    asked = share > options.min_share
+    return _company(asked, cubes.count, cubes.near, options.min_points, options.vote_rounds)[cubes.of_point]
 
 
 @compiled
@@ -75,12 +115,14 @@ def _spread_out(yes: Floats, count: Floats, near: NDArray[np.int32], rounds: int
 
 
 @compiled
-def _company(count: NDArray[np.int64], near: NDArray[np.int32], least: int, rounds: int) -> Mask:
-    """(V,) whether at least so many points hang together within so many cubes."""
+def _company(asked: Mask, count: NDArray[np.int64], near: NDArray[np.int32], least: int, rounds: int) -> Mask:
+    """(V,) which of the cubes asked for have so many points that hang together within so many cubes."""
     out = np.zeros(len(count), dtype=np.bool_)
     seen = np.full(len(count), -1, dtype=np.int32)
     queue = np.empty(len(count), dtype=np.int32)
     for v in range(len(count)):
+        if not asked[v]:
+            continue
         total, begin, end = count[v], 0, 1
         queue[0], seen[v] = v, v
         for _ in range(rounds):

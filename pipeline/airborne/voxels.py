@@ -66,45 +66,44 @@ def voxels(xyz: Floats, origin: Floats, side_m: float) -> Voxels:
         return Voxels(
             np.empty(0, np.int32), np.empty((0, MOMENTS), np.int64), np.empty((0, 26), np.int32), side
         )
-    low = np.floor(xyz.min(axis=0) * STEPS).astype(np.int64)
+    low, high = (np.floor(f(xyz, axis=0) * STEPS).astype(np.int64) for f in (np.min, np.max))
     first = (low + zero) // side
-    rows, cols = (
-        (np.floor(xyz[:, :2].max(axis=0) * STEPS).astype(np.int64) + zero[:2]) // side - first[:2] + 1
-    )[::-1]
+    cols, rows, levels = ((high + zero) // side - first + 1).tolist()
     start = first * side - zero
-    column, level = _places(xyz, start, side, int(cols))
-    order = np.lexsort((level, column)) if len(xyz) else np.empty(0, np.int64)
-    of_point, place = _numbered(column, level, order)
-    begin = np.searchsorted(place[:, 0], np.arange(int(rows) * int(cols) + 1))
+    key = _keys(xyz, start, side, (cols, levels))
+    of_point, occupied = _numbered(key, np.argsort(key))
+    place = np.column_stack(np.divmod(occupied, levels))
+    begin = np.searchsorted(place[:, 0], np.arange(rows * cols + 1))
     return Voxels(
-        of_point, _moments(xyz, start, side, of_point, len(place)), _touching(place, begin, int(cols)), side
+        of_point, _moments(xyz, start, side, of_point, len(place)), _touching(place, begin, cols), side
     )
 
 
 @compiled
-def _places(xyz: Floats, start: Ints, side: int, cols: int) -> tuple[Ints, Ints]:
-    """Plan cell (row by row) and level of every point."""
-    column, level = np.empty(len(xyz), dtype=np.int64), np.empty(len(xyz), dtype=np.int64)
+def _keys(xyz: Floats, start: Ints, side: int, shape: tuple[int, int]) -> Ints:
+    """Cube of every point, counted by plan cell (row by row), then by level."""
+    cols, levels = shape
+    key = np.empty(len(xyz), dtype=np.int64)
     for p in range(len(xyz)):
         col = (int(np.rint(xyz[p, 0] * STEPS)) - start[0]) // side
         row = (int(np.rint(xyz[p, 1] * STEPS)) - start[1]) // side
-        column[p] = row * cols + col
-        level[p] = (int(np.rint(xyz[p, 2] * STEPS)) - start[2]) // side
-    return column, level
+        level = (int(np.rint(xyz[p, 2] * STEPS)) - start[2]) // side
+        key[p] = (row * cols + col) * levels + level
+    return key
 
 
 @compiled
-def _numbered(column: Ints, level: Ints, order: Ints) -> tuple[NDArray[np.int32], Ints]:
-    """Number the occupied cubes along `order`; return every point's number and every cube's place."""
+def _numbered(key: Ints, order: Ints) -> tuple[NDArray[np.int32], Ints]:
+    """Number the occupied cubes along `order`; return every point's number and every cube's key."""
     of_point = np.empty(len(order), dtype=np.int32)
-    place = np.empty((len(order), 2), dtype=np.int64)
+    occupied = np.empty(len(order), dtype=np.int64)
     number = -1
     for p in order:
-        if number < 0 or column[p] != place[number, 0] or level[p] != place[number, 1]:
+        if number < 0 or key[p] != occupied[number]:
             number += 1
-            place[number, 0], place[number, 1] = column[p], level[p]
+            occupied[number] = key[p]
         of_point[p] = number
-    return of_point, place[: number + 1].copy()
+    return of_point, occupied[: number + 1].copy()
 
 
 @compiled

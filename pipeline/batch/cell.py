@@ -43,6 +43,9 @@ TABLE, MODELS, CITY, MANIFEST = (
 COLLECT_EVERY = 500
 """Trees between two collections of garbage: a collection looks at all that lives, which is much."""
 
+PIECE = 1_000_000
+"""Points that are looked at together where all of them are."""
+
 EDITION = "als"
 """What trees are called where no survey is named."""
 
@@ -140,7 +143,7 @@ def work_cell(task: CellTask) -> dict[str, Any]:
         ground = None if task.ground is None else read_cloud(task.ground)
         found = _segmented(cloud, ground, config)
         told = _write_trees(task, config, cloud, found)
-        core = int(task.cell.contains(cloud.world[:, :2]).sum())
+        core = _count_in_core(cloud, task.cell)
         manifest = {
             "cell": task.cell.name,
             "config_hash": task.config_hash,
@@ -156,6 +159,12 @@ def work_cell(task: CellTask) -> dict[str, Any]:
         }
         write_text(task.folder / MANIFEST, json.dumps(manifest, indent=2, ensure_ascii=False) + "\n")
     return manifest
+
+
+def _count_in_core(cloud: PointCloud, cell: Cell) -> int:
+    """Count the points in the half-open core, without a copy of all coordinates."""
+    pieces = range(0, len(cloud), PIECE)
+    return sum(int(cell.contains(cloud.xyz[p : p + PIECE, :2] + cloud.origin[:2]).sum()) for p in pieces)
 
 
 def own_trees(trees: Sequence[AirborneTree], cloud: PointCloud, cell: Cell) -> list[AirborneTree]:
@@ -224,7 +233,8 @@ def _all_or_none(task: CellTask) -> Iterator[None]:
             msg = f"cell {task.cell.name}: {reason}; free space on the disk, then run the same command again"
             raise OutputError(msg) from error
     except BaseException:
-        _remove(task.folder)
+        if not (task.folder / MANIFEST).exists():  # else another worker has done the cell meanwhile
+            _remove(task.folder)
         raise
 
 

@@ -7,13 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.airborne.biomass import biomass
+from pipeline.airborne.allometry import AllometryOptions, Biome, breast_height_diameter
+from pipeline.airborne.biomass import ROWS, biomass
 from pipeline.airborne.inventory import COLUMNS, Column
 from pipeline.formats.geoparquet import arrow
 from pipeline.model import Floats
 
-FIELD = "field"
-"""Value of dbh_method where the diameter was measured in the field."""
+ALLOMETRIC = "allometric"
+"""Value of dbh_method where height and crown tell the diameter."""
+
+BIOME: Biome = "palearctic-temperate-mixed"
+"""Whose rows a joined stem's kind of leaf chooses from."""
 
 ADDED: tuple[Column, ...] = (
     Column("crown_vol_m3", "float64", "m3", "volume of the ellipsoid with the crown's area and depth"),
@@ -23,7 +27,10 @@ ADDED: tuple[Column, ...] = (
     Column("carbon_kg", "float64", "kg", "carbon in that mass"),
     Column("species", "string", "", "of the field list; null where no stem of it was joined"),
     Column("leaf_type", "string", "", "angiosperm or gymnosperm, of the field list; null where unknown"),
-    Column("stem_dbh_cm", "float64", "cm", "diameter of the stem in the field list"),
+    Column(
+        "dbh_row", "string", "", "allometry that the leaf type chose for dbh_cm; null where it chose none"
+    ),
+    Column("stem_dbh_cm", "float64", "cm", "diameter of the stem in the field list, beside dbh_cm"),
     Column("stem_distance_m", "float64", "m", "from the foot of the tree to the stem of the field list"),
 )
 """Columns that merging adds."""
@@ -59,8 +66,9 @@ def completed(table: Any, stems: Mapping[str, tuple[str | None, str | None, floa
     Returns
     -------
     pyarrow.Table
-        With the columns of `MERGED`; figures that are not finite are null. Where the field list has a
-        diameter it stands in ``dbh_cm``, without an interval, and ``dbh_method`` is ``field``.
+        With the columns of `MERGED`; figures that are not finite are null. Where the field list tells the
+        kind of leaf it chooses the equation of the mass, and of a diameter that is allometric. A diameter
+        of the field list stands beside the tree's own, in ``stem_dbh_cm``.
     """
     pa, none = arrow(), (None, None, np.nan, np.nan)
     joined = [stems.get(name, none) for name in table["tree_id"].to_pylist()]
@@ -68,6 +76,7 @@ def completed(table: Any, stems: Mapping[str, tuple[str | None, str | None, floa
     dbh, distance = (np.array([row[k] for row in joined], dtype=np.float64) for k in (2, 3))
     height, diameter, base = (floats(table, name) for name in ("height_m", "crown_diam_m", "crown_base_h_m"))
     mass = biomass(height, diameter, [row[1] or "" for row in joined] if joined else None)
+    kinds = [row[1] for row in joined]
     depth = height - np.where(np.isfinite(base), base, 0.0)
     new: dict[str, Any] = {
         "crown_vol_m3": 2 / 3 * floats(table, "crown_area_m2") * np.where(depth > 0, depth, np.nan),
@@ -79,7 +88,7 @@ def completed(table: Any, stems: Mapping[str, tuple[str | None, str | None, floa
         "leaf_type": leaf,
         "stem_dbh_cm": dbh,
         "stem_distance_m": distance,
-        **_field(table, dbh),
+        **_by_leaf(table, kinds, height, diameter),
     }
     schema = arrow_schema()
     held = [_tidy(new[field.name] if field.name in new else table[field.name], field) for field in schema]
@@ -91,16 +100,22 @@ def floats(table: Any, name: str) -> Floats:
     return np.asarray(table[name].to_numpy(zero_copy_only=False), dtype=np.float64)
 
 
-def _field(table: Any, dbh: Floats) -> dict[str, Any]:
-    """Return the columns of the diameter, from the field where it was measured there."""
-    measured = np.isfinite(dbh)
-    method = np.where(measured, FIELD, np.array(table["dbh_method"].to_pylist(), dtype=object))
-    return {
-        "dbh_cm": np.where(measured, dbh, floats(table, "dbh_cm")),
-        "dbh_lo_cm": np.where(measured, np.nan, floats(table, "dbh_lo_cm")),
-        "dbh_hi_cm": np.where(measured, np.nan, floats(table, "dbh_hi_cm")),
-        "dbh_method": arrow().array(method.tolist(), arrow().string()),
-    }
+def _by_leaf(table: Any, kinds: list[str | None], height: Floats, crown: Floats) -> dict[str, Any]:
+    """Return the columns of the diameter, told anew where it is allometric and the kind of leaf is known."""
+    told = {name: floats(table, name).copy() for name in ("dbh_cm", "dbh_lo_cm", "dbh_hi_cm")}
+    rows: list[str | None] = [None] * len(kinds)
+    method = table["dbh_method"].to_pylist()
+    sized = np.isfinite(height) & np.isfinite(crown) & np.isfinite(told["dbh_cm"])
+    for k in np.flatnonzero(sized).tolist():
+        kind = kinds[k]
+        if kind not in ROWS or method[k] != ALLOMETRIC:
+            continue
+        options = AllometryOptions.model_validate({"biome": BIOME, "leaf_type": kind})
+        anew = breast_height_diameter(float(height[k]), float(crown[k]), options=options)
+        for name, metres in zip(told, anew, strict=True):
+            told[name][k] = round(100 * metres, 2)
+        rows[k] = f"{BIOME} {kind}"
+    return {**told, "dbh_row": arrow().array(rows, arrow().string())}
 
 
 def _tidy(values: Any, field: Any) -> Any:

@@ -134,7 +134,8 @@ class Dispatch:
 
     def _sent(self, client: Any, name: str, function: Callable[..., Outcome], *args: Any) -> Any:
         self.tries[name] += 1
-        return client.submit(function, self.job, *args, key=f"{name}-try{self.tries[name]}", pure=False)
+        key = f"{self.job.run}-{name}-try{self.tries[name]}"
+        return client.submit(function, self.job, *args, key=key, pure=False)
 
     def _call_when_done(self, future: Any) -> None:
         key, arrived = future.key, self.arrived

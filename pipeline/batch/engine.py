@@ -10,6 +10,7 @@ import json
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from time import perf_counter, sleep
 from typing import Any
 
 from pipeline.batch import folder
@@ -17,8 +18,11 @@ from pipeline.batch.cluster import cluster
 from pipeline.batch.dispatch import Dispatch
 from pipeline.batch.plan import Plan
 from pipeline.batch.progress import Progress
-from pipeline.batch.tasks import Job
+from pipeline.batch.tasks import Job, still_at_work
 from pipeline.output import write_text
+
+ORPHANS_S = 30.0
+"""How long workers of a driver that was killed may take to notice."""
 
 
 def run_batch(
@@ -62,6 +66,7 @@ def run_batch(
     """
     with folder.locked(job.out):
         folder.claim(job.out, plan)
+        _let_end(job)
         folder.sweep(job.out)
         run = Dispatch(plan, job, watch or (lambda _: None))
         try:
@@ -77,7 +82,23 @@ def run_batch(
             folder.sweep(job.out)
         if not run.progress.quarantined and plan.only is None:
             shutil.rmtree(job.points, ignore_errors=True)
-        return _summary(job.out, run.progress, plan.failures)
+        return _summary(job.out, run.progress, {**plan.failures, **_treeless(plan, run.progress)})
+
+
+def _treeless(plan: Plan, progress: Progress) -> dict[str, str]:
+    """Return what to say of each tile if the run found no tree at all; a cell without trees is usual."""
+    if progress.trees or progress.done < progress.planned:
+        return {}
+    where = f"cell {plan.only.name} of it" if plan.only else "it"
+    text = f"no tree was found in {where}; see whether it holds vegetation higher than airborne.min_height_m"
+    return {str(tile.path): f"{tile.path}: {text}" for tile in plan.tiles}
+
+
+def _let_end(job: Job) -> None:
+    """Wait for workers whose driver was killed: they would write into what is swept and done again."""
+    until = perf_counter() + ORPHANS_S
+    while still_at_work(job.points) and perf_counter() < until:
+        sleep(0.2)
 
 
 def write_nothing(out: Path, failures: Mapping[str, str]) -> None:

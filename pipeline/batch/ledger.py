@@ -71,7 +71,8 @@ class Ledger:
 
     def split(self, cell: Cell, root: Cell, outcome: Outcome) -> tuple[Cell, ...]:
         """Put the quarters of a cell in its place, and return them; the plan then has three cells more."""
-        reason = "points" if outcome.status == "split" else "memory"
+        by_size = "size" if "size_m" in outcome.facts else "points"
+        reason = by_size if outcome.status == "split" else "memory"
         quarters = quarantine.put_split(self.job.out, cell, reason, **outcome.facts)
         shutil.rmtree(self.job.out / "cells" / cell.name, ignore_errors=True)
         self.progress.planned += len(quarters) - 1

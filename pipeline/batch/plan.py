@@ -12,7 +12,7 @@ from pathlib import Path
 from pipeline.airborne.grid import Cell, GridOptions, Window, can_split, cells_over, split
 from pipeline.batch.area import Area
 from pipeline.batch.reference import Reference, reference_of
-from pipeline.cloud.parts import RECORD, Frame, Lattice, Triple, common_lattice
+from pipeline.cloud.parts import Frame, Lattice, Triple, common_lattice
 from pipeline.cloud.tiles import Tile, read_tile
 from pipeline.errors import InputFormatError, InputMissingError, PipelineError, UsageError
 
@@ -20,12 +20,6 @@ TILE_SUFFIXES = (".las", ".laz")
 
 WIDEST_M = 100_000.0
 """No tile is wider; a header that says so is damaged."""
-
-CPU_S_PER_MILLION = 5.0
-"""CPU seconds from a million points of a tile to written trees, as docs/scaling.md adds them up."""
-
-RESULT_BYTES_PER_POINT = 6.0
-"""Bytes of results for each point of a tile: 26 trees of AHN4, nearly all of it CityJSON."""
 
 
 class NoTileError(PipelineError, ValueError):
@@ -94,15 +88,15 @@ class Plan:
         window = self.grid.buffer_m
         return sum(_share(tile, cell.window(window)) for cell in self.cells for tile in self._tiles_of(cell))
 
-    def forecast(self, workers: int) -> dict[str, float]:
-        """Return what to expect: cells, points, disk and hours."""
-        return {
-            "cells": len(self.cells),
-            "points": round(self.points),
-            "work_gb": self.buffered_points * RECORD.itemsize / 1e9,
-            "results_gb": self.points * RESULT_BYTES_PER_POINT / 1e9,
-            "hours": self.points / 1e6 * CPU_S_PER_MILLION / 3600 / workers,
-        }
+    @property
+    def hectares(self) -> float:
+        """Area of the tiles in the cells' cores, as far as headers tell."""
+        shares = (
+            _share(tile, cell.core) / tile.points * _hectares(tile)
+            for cell in self.cells
+            for tile in self._tiles_of(cell)
+        )
+        return sum(shares)
 
     def restricted(self, name: str) -> Plan:
         """Return a plan of one cell, or of a quarter of one.
@@ -264,6 +258,11 @@ def _ends(corners: Sequence[Triple], end: Callable[[Iterable[float]], float]) ->
 def _grown(extent: Window, by: float) -> Window:
     west, south, east, north = extent
     return west - by, south - by, east + by, north + by
+
+
+def _hectares(tile: Tile) -> float:
+    west, south, east, north = tile.extent
+    return (east - west) * (north - south) / 1e4
 
 
 def _share(tile: Tile, window: Window) -> float:

@@ -41,7 +41,7 @@ def put(out: Path, cell: Cell, reason: str, **facts: Any) -> None:
 
 
 def put_split(out: Path, cell: Cell, reason: str, **facts: Any) -> tuple[Cell, ...]:
-    """Replace a cell by its quarters, because of its ``points`` or of ``memory``."""
+    """Replace a cell by its quarters, because of its ``points``, its ``size`` or of ``memory``."""
     quarters = split(cell)
     told = {"cell": cell.name, "reason": reason, "quarters": [quarter.name for quarter in quarters]}
     _write(split_path(out, cell), told | facts)

@@ -8,6 +8,7 @@ is not tried any more, whatever the scheduler thinks.
 from __future__ import annotations
 
 import errno
+import hashlib
 import json
 import os
 import socket
@@ -28,6 +29,9 @@ from pipeline.batch.gather import Sources, gather
 from pipeline.cloud.parts import Frame
 from pipeline.errors import OutputError, PipelineError
 from pipeline.output import write_text
+
+WIDEST_M = 1000.0
+"""Cells with a wider core are split: rasters take 215 bytes a square metre, points 97 each."""
 
 Status = Literal["done", "failed", "crashed", "memory", "split"]
 
@@ -69,6 +73,12 @@ class Job:
         """Where the points of cells are."""
         return self.out / "work"
 
+    @property
+    def run(self) -> str:
+        """Name of the run: a scheduler that serves two of them tells their cells apart by it."""
+        told = (str(self.out), self.config_hash, self.input_hash)
+        return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:12]
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -78,7 +88,8 @@ class Outcome:
     ----------
     status : str
     facts : dict
-        Of a cell, its manifest; of a slice, what `explode` returns; of a split cell, its ``points``.
+        Of a cell, its manifest; of a slice, what `explode` returns; of a split cell, its ``points`` or
+        ``size_m``, which are too many or too large.
     error, trace : str, optional
     deaths : tuple of (str, int)
         Worker and process of the attempts that were lost.
@@ -102,10 +113,13 @@ def do_slice(job: Job, piece: Slice, cells: tuple[Cell, ...], frame: Frame) -> O
 
 
 def do_cell(job: Job, cell: Cell, root: Cell, sources: Sources) -> Outcome:
-    """Gather the points of a cell and do its work, unless there are more than a cell shall have."""
+    """Gather the points of a cell and do its work, unless it is more than a worker's memory holds."""
     there = manifests.done(job.out, cell, job.config_hash, job.input_hash)
     if there is not None:
         return Outcome("done", there)
+
+    if cell.size_m > WIDEST_M and can_split(cell):
+        return Outcome("split", {"size_m": cell.size_m})
 
     def run() -> Outcome:
         own = job.points / root.name / f"{cell.name}.gathered.las"
@@ -156,6 +170,20 @@ def _claim(claims: Path) -> Iterator[None]:
         yield
     finally:
         path.unlink(missing_ok=True)
+
+
+def still_at_work(points: Path) -> list[int]:
+    """Return the processes of this machine that live and claim a task: workers whose driver was killed."""
+    pids = set()
+    for path in (points / "claims").glob("*/*.json"):
+        try:
+            told = json.loads(path.read_text(encoding="utf-8"))
+            if told["host"] == socket.gethostname():
+                os.kill(int(told["pid"]), 0)
+                pids.add(int(told["pid"]))
+        except (OSError, ValueError, LookupError):  # it is gone
+            continue
+    return sorted(pids)
 
 
 def lost(claims: Path) -> tuple[tuple[str, int], ...]:

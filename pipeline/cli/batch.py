@@ -99,8 +99,9 @@ def run_command(context: click.Context, /, tiles: tuple[Path, ...], out: Path, *
         LOGGER.error("%s: not every cell is done or quarantined; run the same command again", out)
     if given["merge"] and summary["done"] and given["only"] is None:
         good = _merged(out, given["stems"]) and good
-    if summary["done"] and not summary["trees"]:
-        LOGGER.warning("%s: no tree was found; see whether the tiles hold vegetation above the ground", out)
+    _tell(
+        {each["path"]: each["error"] for each in summary["failed"] if each["path"] not in plan.failures}, ()
+    )
     if not context.meta["quiet"]:
         click.echo(_closing(summary, out))
     context.exit(0 if good else 1)
@@ -291,13 +292,7 @@ def _closing(summary: Mapping[str, Any], out: Path) -> str:
 
 
 def _print_forecast(plan: Plan, workers: int, *, verbose: bool) -> None:
-    forecast = plan.forecast(workers)
-    click.echo(f"tiles            {len(plan.tiles)}, {plan.reference.crs}")
-    click.echo(f"cells            {forecast['cells']:.0f} of {plan.grid.core_m:g} m")
-    click.echo(f"points           {forecast['points'] / 1e6:.3g} million")
-    click.echo(f"disk, meanwhile  at most {forecast['work_gb']:.3g} GB")
-    click.echo(f"disk, results    about {forecast['results_gb']:.3g} GB")
-    click.echo(f"hours            about {forecast['hours']:.2g} on {workers} workers")
-    if verbose:
-        for cell in plan.cells:
-            click.echo(cell.name)
+    from pipeline.batch.forecast import lines
+
+    for line in (*lines(plan, workers), *(cell.name for cell in plan.cells if verbose)):
+        click.echo(line)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import ParamSpec, TypeVar, cast
 
@@ -15,11 +16,16 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
+KEPT_S = 7 * 86_400.0
+"""How long machine code of other sources is kept; no run that began on them should last longer."""
+
+
 def _cache_folder() -> Path | None:
     """Make a folder for machine code that belongs to exactly these sources, or None.
 
     numba looks at the file of a function alone and misses that a function it calls has changed, so
-    the folder is named after all sources that hold compiled functions; that of the sources before is removed.
+    the folder is named after all sources that hold compiled functions. Those of other sources are removed
+    once nobody has used them for `KEPT_S`: a process that runs on older sources still writes into its own.
     """
     package = Path(__file__).resolve().parent.parent
     texts = [f.read_bytes() for f in sorted(package.rglob("*.py"))]
@@ -29,13 +35,22 @@ def _cache_folder() -> Path | None:
     base = Path(home).expanduser() / "treepipe"
     folder = base / f"{place}-{state}"
     try:
-        if not folder.is_dir():
-            for old in base.glob(f"{place}-*"):
-                shutil.rmtree(old, ignore_errors=True)
+        if folder.is_dir():
+            with suppress(OSError):  # it may be somebody else's
+                os.utime(folder)  # it is in use
+        else:
             folder.mkdir(parents=True, exist_ok=True)
+            _remove_unused(base.glob(f"{place}-*"), folder.stat().st_mtime)
     except (OSError, RuntimeError):
         return None
     return folder if os.access(folder, os.W_OK) else None
+
+
+def _remove_unused(folders: Iterable[Path], now: float) -> None:
+    for old in folders:
+        with suppress(FileNotFoundError):  # another process removes it as well
+            if now - old.stat().st_mtime > KEPT_S:
+                shutil.rmtree(old, ignore_errors=True)
 
 
 _FOLDER = _cache_folder()

@@ -17,6 +17,9 @@ from pipeline.view.map_trees import RAMP, UNKNOWN, TreeMap, bar_length, length_t
 MOST_CROWNS = 60_000
 """Above, crowns are too small to see, and the highest tree of every pixel is drawn."""
 
+FEW = 2_000
+"""Up to so many crowns, white lines part those of like colour."""
+
 INCHES, DPI = 11.0, 160
 GRID_PIXELS = 1400
 """Pixels of the longer side where pixels are drawn."""
@@ -79,8 +82,9 @@ def _crowns(axes: Any, trees: TreeMap, values: Floats) -> Any:
     ramp, norm = _ramp(), _package("matplotlib.colors").Normalize(0, scale_end(values))
     collections = _package("matplotlib.collections")
     drawn = collections.PolyCollection(
-        rings, array=np.ma.masked_invalid(values[with_crown]), cmap=ramp, norm=norm, linewidths=0.15,
-        edgecolors=(0.1, 0.1, 0.1, 0.35),
+        rings, array=np.ma.masked_invalid(values[with_crown]), cmap=ramp, norm=norm,
+        linewidths=0.6 if len(rings) < FEW else 0.15,
+        edgecolors=(1, 1, 1, 0.8) if len(rings) < FEW else (0.1, 0.1, 0.1, 0.35),
     )  # fmt: skip
     axes.add_collection(drawn, autolim=False)
     bare = order[np.diff(ends)[order] < 3]
@@ -120,7 +124,7 @@ def _frames(axes: Any, trees: TreeMap) -> None:
 
 
 def _labels(axes: Any, trees: TreeMap, title: str) -> None:
-    """Write title, note, reference system and scale bar."""
+    """Write title, note, reference system, source and scale bar."""
     low, high = axes.get_xlim()
     length = bar_length(high - low)
     axes.ticklabel_format(style="plain", useOffset=False)
@@ -129,17 +133,25 @@ def _labels(axes: Any, trees: TreeMap, title: str) -> None:
     axes.set_title(_plain(title or "Trees"), loc="left", fontsize=13, color=INK)
     axes.set_title(_plain(trees.note), loc="right", fontsize=9, color=INK)
     name = trees.crs or "unknown reference system"
-    axes.set_xlabel(_plain(f"x (m), {name[:80]}"), fontsize=8, color=INK)
+    about = f"x (m), {name[:80]}" + (f"\n{trees.source[:110]}" if trees.source else "")
+    axes.set_xlabel(_plain(about), fontsize=8, color=INK, loc="left", multialignment="left")
     axes.set_ylabel("y (m)", fontsize=8, color=INK)
-    x = low + 0.03 * (high - low)
-    bottom, top = axes.get_ylim()
-    y = bottom + 0.03 * (top - bottom)
-    axes.plot([x, x + length], [y, y], color=PAPER, linewidth=6, solid_capstyle="butt", zorder=8)
-    axes.plot([x, x + length], [y, y], color=INK, linewidth=2.4, solid_capstyle="butt", zorder=9)
-    axes.text(
-        x + length / 2, y + 0.01 * (top - bottom), length_text(length), ha="center", va="bottom", fontsize=9,
-        color=INK, zorder=9, bbox={"facecolor": PAPER, "edgecolor": "none", "alpha": 0.85, "pad": 1},
-    )  # fmt: skip
+    _scale(axes, low + 0.97 * (high - low) - length, length)
+
+
+def _scale(axes: Any, x: float, length: float) -> None:
+    """Draw scale bar and north arrow below the map, where they cover no crown."""
+    across = axes.get_xaxis_transform()  # x in metres, y in heights of the map
+    inches = axes.get_position().height * axes.figure.get_size_inches()[1]
+    y = -0.48 / inches
+    axes.plot([x, x + length], [y, y], color=INK, linewidth=2.4, solid_capstyle="butt", transform=across,
+              clip_on=False)  # fmt: skip
+    axes.annotate(length_text(length), (x + length / 2, y), xycoords=across, xytext=(0, -3),
+                  textcoords="offset points", ha="center", va="top", fontsize=9, color=INK)  # fmt: skip
+    axes.annotate("N", (x + length, y), xycoords=across, xytext=(20, -16), textcoords="offset points",
+                  ha="center", va="bottom", fontsize=10, color=INK)  # fmt: skip
+    axes.annotate("\u25b2", (x + length, y), xycoords=across, xytext=(20, -4), textcoords="offset points",
+                  ha="center", va="bottom", fontsize=10, color=INK)  # fmt: skip
 
 
 def _ramp() -> Any:

@@ -78,7 +78,8 @@ def map_page(trees: TreeMap, *, title: str = "Trees") -> str:
         '<aside id="card" hidden><button id="close" aria-label="close">&times;</button>',
         '<h2 id="name"></h2><table><tbody id="facts"></tbody></table></aside></main>',
         "<footer><span>Drag or arrow keys move, wheel or + and - zoom, a click tells of a tree, Home shows "
-        f'all.</span><span>{escape(crs)}</span><span id="at"></span></footer>',
+        f"all.</span><span>{escape(crs)}</span><span>{escape(trees.source)}</span>"
+        '<span id="at"></span></footer>',
         f'<script id="trees" type="application/json">{_data(trees)}</script>',
         f"<script>{SCRIPT}</script>",
         "</body></html>",

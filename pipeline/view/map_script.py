@@ -114,7 +114,9 @@ function bar(f) {
   }
   pen.font = `${13 * f.ratio}px sans-serif`; pen.lineWidth = 3 * f.ratio; pen.lineJoin = "round";
   pen.strokeStyle = "#fff"; pen.strokeText(text, x, y - 7 * f.ratio);
-  pen.fillStyle = "#333"; pen.fillText(text, x, y - 7 * f.ratio);
+  const north = "N \u25b2", beyond = x + length * f.s + 14 * f.ratio;
+  pen.strokeText(north, beyond, y);
+  pen.fillStyle = "#333"; pen.fillText(text, x, y - 7 * f.ratio); pen.fillText(north, beyond, y);
 }
 function ask() { if (!waiting) { waiting = true; requestAnimationFrame(draw); } }
 function place(event) {
@@ -167,11 +169,20 @@ function zoom(by, event) {
   if (event) { const after = place(event); cx += before[0] - after[0]; cy += before[1] - after[1]; }
   ask();
 }
-let moved = 0;
+let moved = 0, resting = 0;
+function hint(x, y) {  // the tree under a pointer that rests
+  const i = pick(x, y), told = f => `${f.label} ${+f.values[i].toPrecision(3)} ${f.unit}`;
+  const known = i < 0 ? [] : figures.slice(0, 3).filter(f => f.values[i] === f.values[i]).map(told);
+  const kind = texts.length ? texts[0].different[texts[0].codes[i]] : "";
+  if (kind) known.push(kind);
+  canvas.title = i < 0 ? "" : [raw.names[i], ...known].join("\n");
+}
 canvas.addEventListener("pointerdown", e => { moved = 0; canvas.setPointerCapture(e.pointerId); });
 canvas.addEventListener("pointermove", e => {
   const [x, y] = place(e);
   at.textContent = spot(x, y);
+  clearTimeout(resting);
+  if (!e.buttons) resting = setTimeout(() => hint(x, y), 120);
   if (!e.buttons) return;
   moved += Math.abs(e.movementX) + Math.abs(e.movementY);
   cx -= e.movementX / scale; cy += e.movementY / scale;

@@ -58,6 +58,8 @@ class TreeMap:
         The cells, drawn as thin lines.
     total : int
         Trees of the inventory, of which these may be a part.
+    source : str
+        What the map is made of and when that was seen.
     """
 
     names: Sequence[str]
@@ -69,6 +71,7 @@ class TreeMap:
     crs: str | None = None
     frames: tuple[Window, ...] = ()
     total: int = 0
+    source: str = ""
 
     def __len__(self) -> int:
         return len(self.xy)

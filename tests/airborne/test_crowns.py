@@ -30,6 +30,21 @@ def test_the_prominence_is_a_setting() -> None:
     assert len(tops(by_prominence(two_peaks(9.7), CELL_M, CrownOptions(prominence_m=0.5)))) == 1
 
 
+@pytest.mark.parametrize(("dip", "trees"), [(0.35, 1), (0.45, 2)])
+def test_tops_3_m_apart_ask_for_a_valley_45_cm_below_the_line_between_them(dip: float, trees: int) -> None:
+    chm = np.zeros((3, 11))
+    chm[1, 1:10] = [9, 10, 9.9, 9.8, 10 - dip, 9.8, 9.9, 10.1, 9]  # the line is at 10.05 m over the valley
+    assert len(tops(by_prominence(chm, CELL_M, CrownOptions()))) == trees
+    assert len(tops(by_prominence(chm, CELL_M, CrownOptions(valley_share=0.0)))) == 2
+
+
+def test_a_small_tree_at_the_flank_of_a_tall_one_needs_no_more_than_its_prominence() -> None:
+    chm = np.zeros((3, 14))
+    chm[1, 1:12] = [9, 10, 9.8, 12, 14, 16, 18, 16, 14, 12, 10]  # rises 0.2 m, 1.8 m below the line
+    assert tops(by_prominence(chm, CELL_M, CrownOptions())) == {14 + 2, 14 + 7}
+    assert tops(by_prominence(chm, CELL_M, CrownOptions(valley_share=0.75))) == {14 + 7}
+
+
 def test_joined_crowns_are_the_highest_treetops() -> None:
     crowns = by_prominence(two_peaks(9.9), CELL_M, CrownOptions())
     assert tops(crowns) == {3 * 13 + 7}

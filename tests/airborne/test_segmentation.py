@@ -158,6 +158,47 @@ def test_a_tile_in_cells_gives_the_trees_of_the_whole(shared_data: Path, name: s
     assert seen == len(whole.trees) > 10
 
 
+def stand(seed: int = 7) -> PointCloud:
+    """Cones on a slope at forest spacing, some of which touch; 48 m wide, across the corner of blocks."""
+    rng = np.random.default_rng(seed)
+    parts = [ground(SLOPE, 48.0)]
+    for number, (i, j) in enumerate(np.ndindex(8, 8)):
+        x, y = 3.2 + 5.6 * np.array([i, j]) + rng.uniform(-1.2, 1.2, 2)
+        points, kind = crown(float(x), float(y), float(rng.uniform(8, 18)), SLOPE, seed=number)
+        parts.append((points[:: 4 if number % 3 else 9], kind))
+    return scene(*parts, origin=(121_990, 487_010, 0))
+
+
+@pytest.mark.parametrize("core", [6.0, 9.5, 14.0])
+def test_many_small_cells_give_the_trees_of_the_whole(core: float) -> None:
+    cloud = stand()
+    whole = segment(cloud)
+    low, high = cloud.world[:, :2].min(axis=0), cloud.world[:, :2].max(axis=0)
+    seen = 0
+    for x in np.arange(np.floor(low[0] / core) * core, high[0], core):
+        for y in np.arange(np.floor(low[1] / core) * core, high[1], core):
+            square = np.array([x, y])
+            inside = (cloud.world[:, :2] >= square - 20) & (cloud.world[:, :2] < square + core + 20)
+            part = cloud.take(inside.all(axis=1))
+            origin = np.floor(part.world.min(axis=0))
+            part = PointCloud(part.xyz - (origin - cloud.origin), origin, attributes=part.attributes)
+            mine = known(segment(part), part, square, square + core)
+            assert mine == known(whole, cloud, square, square + core)
+            seen += len(mine)
+    assert seen == len(whole.trees) > 40
+
+
+def test_one_broad_crown_is_one_tree(shared_data: Path) -> None:
+    cloud, soil = (
+        read_cloud(shared_data / "trees" / f"ahn4_121913_487434{end}") for end in (".las", ".ground.laz")
+    )
+    (tree,) = segment(cloud, ground=soil).trees
+    assert tree.apex[2] - tree.ground_z == pytest.approx(14.8, abs=0.3)
+    assert tree.crown_diameter_m > 11
+    parted = segment(cloud, ground=soil, options=SegmentationOptions(valley_share=0.0))
+    assert len(parted.trees) == 2
+
+
 def test_street_trees_are_found_where_they_stand(shared_data: Path) -> None:
     cloud = read_cloud(shared_data / "tiles" / "ahn4_2496_9727.laz")
     base = np.array([t.base for t in segment(cloud).trees]) + cloud.origin[:2]

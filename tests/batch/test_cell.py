@@ -272,3 +272,19 @@ def test_a_full_disk_leaves_nothing_of_the_cell(park, monkeypatch, full_at):
     with pytest.raises(OutputError, match=r"cell 121000_487000_50: .*free space"):
         work_cell(park)
     assert list(park.folder.iterdir()) == []
+
+
+def test_a_worker_that_fails_leaves_what_another_has_done_meanwhile(park, monkeypatch):
+    """As when a driver is killed, and its worker comes to its end after the next run has done the cell."""
+
+    def beaten(*_inputs, **_options):
+        monkeypatch.undo()
+        monkeypatch.setattr(cells, "segment", by_intensity)
+        work_cell(park)
+        msg = "a file has gone"
+        raise OutputError(msg)
+
+    monkeypatch.setattr(cells, "_write_trees", beaten)
+    with pytest.raises(OutputError, match="a file has gone"):
+        work_cell(park)
+    assert sorted(path.name for path in park.folder.iterdir()) == sorted(FILES)

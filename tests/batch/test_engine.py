@@ -14,11 +14,12 @@ from pathlib import Path
 import pytest
 
 from pipeline.airborne.grid import Cell, GridOptions
-from pipeline.batch import quarantine
+from pipeline.batch import engine, quarantine
 from pipeline.batch.dispatch import ClusterLostError
 from pipeline.batch.engine import run_batch
 from pipeline.errors import InputMissingError, OutputError, UsageError
 from tests.batch.stubs import job_of, listing, make_tile, plan_of
+from tests.batch.workerless import Given
 
 pytest.importorskip("distributed", reason="needs the extra batch")
 
@@ -79,37 +80,42 @@ def test_a_worker_out_of_memory_makes_the_cell_smaller(tmp_path):
     assert whole["done"] == 4, "the split is remembered"
 
 
-def test_a_worker_that_is_killed_costs_nothing(tiles, expected, tmp_path):
-    with dask_processes(tmp_path) as (address, workers):
-        plan = plan_of(*tiles)
-        log = tmp_path / "log"
-        killed = []
+@pytest.fixture(scope="module")
+def abroad(tmp_path_factory):
+    """Give a cluster that is there already; each test may break it in the end."""
+    with dask_processes(tmp_path_factory.mktemp("abroad")) as processes:
+        yield processes
 
-        def kill_one(progress):
-            if progress.done >= 2 and not killed:
-                pid = int(log.read_text().split()[-1])
-                killed.append(pid)
-                os.kill(pid, signal.SIGKILL)
 
-        job = job_of(plan, tmp_path / "out", log=str(log), seconds=0.3)
-        summary = run_batch(plan, job, scheduler=address, watch=kill_one)
-        assert killed
-        assert all(worker.poll() is None for worker in workers), "the nannies are still there"
+def test_a_worker_that_is_killed_costs_nothing(tiles, expected, abroad, tmp_path):
+    plan = plan_of(*tiles)
+    log = tmp_path / "log"
+    killed = []
+
+    def kill_one(progress):
+        if progress.done >= 2 and not killed:
+            pid = int(log.read_text().split()[-1])
+            killed.append(pid)
+            os.kill(pid, signal.SIGKILL)
+
+    job = job_of(plan, tmp_path / "out", log=str(log), seconds=0.3)
+    summary = run_batch(plan, job, scheduler=abroad.address, watch=kill_one)
+    assert killed
+    assert all(worker.poll() is None for worker in abroad.workers), "the nannies are still there"
     assert (summary["done"], summary["quarantined"]) == (8, 0)
     assert listing(tmp_path / "out") == expected
 
 
-def test_a_scheduler_that_dies_ends_the_run_but_no_cell(tiles, expected, tmp_path):
+def test_a_scheduler_that_dies_ends_the_run_but_no_cell(tiles, expected, abroad, tmp_path):
     plan = plan_of(*tiles)
     out = tmp_path / "out"
-    processes = dask_processes(tmp_path)
 
     def kill_it(progress):
         if progress.done:
-            processes.scheduler.kill()
+            abroad.scheduler.kill()
 
-    with processes as (address, _), pytest.raises(ClusterLostError, match="run the same command again"):
-        run_batch(plan, job_of(plan, out, seconds=0.3), scheduler=address, watch=kill_it)
+    with pytest.raises(ClusterLostError, match="run the same command again"):
+        run_batch(plan, job_of(plan, out, seconds=0.3), scheduler=abroad.address, watch=kill_it)
     there = listing(out)
     assert there
     assert there.items() <= expected.items(), "what is done is whole"
@@ -121,7 +127,7 @@ from pipeline.batch.engine import run_batch
 from tests.batch.stubs import job_of, plan_of
 if __name__ == "__main__":
     plan = plan_of(*map(Path, {tiles!r}))
-    run_batch(plan, job_of(plan, Path({out!r}), seconds=1.0, log={log!r}), workers=2)
+    run_batch(plan, job_of(plan, Path({out!r}), seconds=0.5, log={log!r}), workers=2)
 """
 
 
@@ -158,7 +164,8 @@ def test_a_driver_that_is_killed_goes_on_where_it_was(tiles, expected, tmp_path)
         run_batch(fewer, job_of(fewer, out))
 
 
-def test_one_cell_alone_and_a_quarter_of_it(tiles, expected, tmp_path):
+def test_one_cell_alone_and_a_quarter_of_it(tiles, expected, tmp_path, monkeypatch):
+    monkeypatch.setattr(engine, "cluster", Given)
     plan = plan_of(*tiles)
     name = "121100_487000_50"
     one = plan_of(*tiles).restricted(name)
@@ -176,7 +183,8 @@ def test_no_scheduler_is_a_sentence(tiles, tmp_path, monkeypatch):
         run_batch(plan, job_of(plan, tmp_path), scheduler="tcp://127.0.0.1:1")
 
 
-def test_a_crowded_cell_is_split_by_its_points(tmp_path):
+def test_a_crowded_cell_is_split_by_its_points(tmp_path, monkeypatch):
+    monkeypatch.setattr(engine, "cluster", Given)
     tile = make_tile(tmp_path / "tile.laz", size_m=100.0 - 0.001, points=3000)
     grid = GridOptions(core_m=200, buffer_m=5, most_points=1000)
     plan = plan_of(tile, grid=grid)
@@ -194,15 +202,15 @@ class dask_processes:  # reads as what it gives
     def __init__(self, folder: Path) -> None:
         self.told = folder / "scheduler.json"
 
-    def __enter__(self) -> tuple[str, list[subprocess.Popen]]:
+    def __enter__(self) -> dask_processes:
         dask = [sys.executable, "-m", "dask"]
         place = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(self.told)]
         self.scheduler = self.start([*dask, "scheduler", *place, "--no-dashboard"])
         wait_for(lambda: self.told.is_file() and self.told.read_text().endswith("}"))
-        address = json.loads(self.told.read_text())["address"]
-        worker = [*dask, "worker", address, "--nthreads", "1", "--no-dashboard"]
+        self.address = json.loads(self.told.read_text())["address"]
+        worker = [*dask, "worker", self.address, "--nthreads", "1", "--no-dashboard"]
         self.workers = [self.start(worker) for _ in range(2)]
-        return address, self.workers
+        return self
 
     def __exit__(self, *_: object) -> None:
         for process in (*self.workers, self.scheduler):

@@ -10,6 +10,7 @@ import pytest
 from pipeline.airborne.grid import GridOptions
 from pipeline.batch.area import box_area, parse_bbox, read_area
 from pipeline.batch.extra import check_installed
+from pipeline.batch.forecast import CPU_S_PER_MILLION, CPU_S_PER_TREE, forecast
 from pipeline.batch.plan import NoTileError, find_tiles
 from pipeline.errors import MissingExtraError, UsageError
 from tests.batch.stubs import make_tile, plan_of
@@ -137,11 +138,27 @@ def test_polygons_of_another_system_are_reprojected(tmp_path):
 
 def test_what_a_run_costs_is_told_beforehand(tmp_path):
     plan = plan_of(make_tile(tmp_path / "a.laz"), grid=GridOptions(core_m=50, buffer_m=25))
-    one, two = plan.forecast(1), plan.forecast(2)
+    one, two = forecast(plan, 1), forecast(plan, 2)
     assert one["cells"] == 4
     assert one["points"] == pytest.approx(4000, rel=0.01)
-    assert one["hours"] == pytest.approx(2 * two["hours"])
+    assert one["hectares"] == pytest.approx(1.0, rel=0.01)
+    for kind, trees in (("open", 80), ("forest", 350)):
+        assert one[f"trees_{kind}"] == pytest.approx(trees, rel=0.01)
+        cpu_s = 0.004 * CPU_S_PER_MILLION + trees * CPU_S_PER_TREE
+        assert one[f"hours_{kind}"] == pytest.approx(cpu_s / 3600, rel=0.01)
+        assert one[f"hours_{kind}"] == pytest.approx(2 * two[f"hours_{kind}"])
+        assert one[f"results_gb_{kind}"] == pytest.approx(36e-6 * trees, rel=0.01)
     assert one["work_gb"] == pytest.approx(4000 * 30 / 1e9 * 75**2 / 50**2, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "trees"),
+    [("ahn4_2496_9727", 26), ("ahn3_2386_9702", 22), ("chablais3", 219), ("spanner_als", 23)],
+)
+def test_the_trees_of_real_tiles_lie_between_what_is_forecast(shared_data, name, trees):
+    """So many are found in them."""
+    told = forecast(plan_of(shared_data / "tiles" / f"{name}.laz"), 1)
+    assert told["trees_open"] <= trees <= told["trees_forest"]
 
 
 def test_an_absent_package_is_named_before_any_work(monkeypatch):

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.batch.stubs import count, listing, make_tile
+from tests.batch.stubs import count, listing, make_tile, treeless
+from tests.batch.workerless import Given
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 SMALL = ("--core-m", 50, "--buffer-m", 5)
@@ -76,7 +77,15 @@ def test_a_run_is_done_told_resumed_and_refused_for_other_settings(call, tile, t
 def test_a_dry_run_writes_nothing(call, tile, tmp_path):
     result = call("batch", tile, "--out", tmp_path / "out", *SMALL, "--dry-run", "-v", "--workers", 2)
     assert result.exit_code == 0, result.output
-    for word in ("cells            4 of 50 m", "0.004 million", "GB", "hours", "121050_487050_50"):
+    hours = "hours            about 0.00026 in an open town, 0.0011 in dense forest"
+    for word in (
+        "cells            4 of 50 m",
+        "0.004 million",
+        "GB",
+        hours,
+        "on 2 workers",
+        "121050_487050_50",
+    ):
         assert word in result.stdout
     assert not (tmp_path / "out").exists()
 
@@ -116,6 +125,27 @@ def test_a_folder_of_something_else_is_refused(call, tmp_path):
         result = call("batch", *words, tmp_path)
         assert result.exit_code == 1
         assert "is no folder of a batch" in result.stderr
+
+
+def test_an_area_without_any_tree_is_told_by_words_summary_and_exit_code(call, tile, tmp_path, monkeypatch):
+    monkeypatch.setattr("pipeline.batch.cell.work", treeless)
+    monkeypatch.setattr("pipeline.batch.engine.cluster", Given)
+    out = tmp_path / "out"
+    for _ in range(2):  # also when nothing is left to do
+        result = call("batch", tile, "--out", out, *SMALL, "--no-merge")
+        assert result.exit_code == 1, result.output
+        assert f"{tile}: no tree was found in it; see whether it holds vegetation" in result.stderr
+        assert "4 of 4 cells done, 0 quarantined, 0 trees" in result.stdout
+        summary = json.loads((out / "summary.json").read_text())
+        assert [each["path"] for each in summary["failed"]] == [str(tile)]
+
+
+def test_a_batch_without_a_done_cell_cannot_be_merged(call, tmp_path):
+    (tmp_path / "plan.json").write_text("{}")
+    result = call("batch", "merge", tmp_path)
+    assert result.exit_code == 1
+    assert f"{tmp_path}: holds no cell that is done; run `treepipe batch TILE... --out" in result.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.json"]
 
 
 def test_help_shows_the_options_and_the_commands(call):

@@ -102,6 +102,17 @@ def read_map(
         crs=_named(crs),
         frames=frames,
         total=total,
+        source=_source(part),
+    )
+
+
+def _source(table: Any) -> str:
+    """Return which surveys saw the trees, and when."""
+    pair = arrow("pyarrow.compute").min_max(table["acq_date_max"]).as_py()
+    days = sorted({str(day) for day in pair.values() if day is not None})
+    editions = ", ".join(sorted({one for one in table["edition"].to_pylist() if one}))
+    return " ".join(
+        filter(None, [f"from {editions}" * bool(editions), "seen", " to ".join(days)][: 3 if days else 1])
     )
 
 
@@ -128,6 +139,7 @@ def _points(table: Path, part: TreeMap) -> TreeMap:
         crs=part.crs,
         frames=part.frames,
         total=len(whole),
+        source=part.source,
     )
 
 

@@ -14,9 +14,10 @@ import pytest
 import shapely
 from pyproj import CRS as CRS_OF
 
+from pipeline.airborne.biomass import biomass
 from pipeline.airborne.grid import Cell
 from pipeline.airborne.inventory import COLUMNS
-from pipeline.batch.columns import ADDED, MERGED
+from pipeline.batch.columns import ADDED, MERGED, completed
 from pipeline.batch.merge import merge
 from pipeline.batch.merging import maps
 from pipeline.errors import InputFormatError, InputMissingError, MissingExtraError
@@ -141,18 +142,58 @@ def test_stems_of_a_field_list_are_joined(tmp_path):
     for k, row in enumerate(rows[:5]):
         tree = held[row["tree_id"]]
         assert (tree["species"], tree["leaf_type"]) == ("Quercus robur", "angiosperm")
-        assert (tree["dbh_cm"], tree["stem_dbh_cm"], tree["dbh_method"]) == (30 + k, 30 + k, "field")
-        assert tree["dbh_lo_cm"] is None
+        oak = 0.694 * (row["height_m"] * row["crown_diam_m"]) ** 0.730
+        assert (tree["stem_dbh_cm"], tree["dbh_method"]) == (30 + k, "allometric")  # beside, not over
+        assert tree["dbh_cm"] == pytest.approx(oak, abs=0.006)
+        assert tree["dbh_row"] == "palearctic-temperate-mixed angiosperm"
+        assert tree["dbh_lo_cm"] == pytest.approx(oak * np.exp(-1.645 * 0.35), abs=0.006)
+        assert tree["dbh_hi_cm"] == pytest.approx(oak * np.exp(1.645 * 0.35), abs=0.006)
+        assert tree["agb_kg"] == pytest.approx(
+            float(biomass([row["height_m"]], [row["crown_diam_m"]], ["angiosperm"]).agb_kg[0])
+        )
         assert tree["stem_distance_m"] == pytest.approx(0.1, abs=0.01)
     others = [row for row in held.values() if row["species"] is None]
     assert len(others) == len(rows) - 5
     assert {row["dbh_method"] for row in others} == {"allometric"}
+    assert {row["dbh_row"] for row in others} == {None}
+    plain = {row["tree_id"]: row["dbh_cm"] for row in rows}
+    assert all(row["dbh_cm"] == plain[row["tree_id"]] for row in others)
     statistics = json.loads((tmp_path / "statistics.json").read_text())["rows"]
     assert {row["species"]: row["trees"] for row in statistics if row["area"] == "all"} == {
         "all": len(rows),
         "Quercus robur": 5,
         "unknown": len(rows) - 5,
     }
+
+
+@pytest.mark.parametrize("method", ["measured", "propagated"])
+def test_a_diameter_that_was_seen_stays_whatever_the_species(method):
+    table = cell_table(CELL, 4)
+    place = table.schema.get_field_index("dbh_method")
+    table = table.set_column(place, "dbh_method", [[method] * len(table)])
+    stems = dict.fromkeys(table["tree_id"].to_pylist(), ("Picea abies", "gymnosperm", 12.0, 0.5))
+    whole = completed(table, stems)
+    assert whole["dbh_cm"].to_pylist() == table["dbh_cm"].to_pylist()
+    assert set(whole["dbh_row"].to_pylist()) == {None}
+    assert set(whole["leaf_type"].to_pylist()) == {"gymnosperm"}
+
+
+def test_the_map_says_what_it_is_made_of_and_when(tmp_path):
+    write_cell(tmp_path, CELL, cell_table(CELL, 5))
+    merge(tmp_path)
+    assert "from ahn4 seen 2021-01-17" in (tmp_path / "map.html").read_text()
+
+
+def test_the_leaf_types_choose_different_rows():
+    table = cell_table(CELL, 4)
+    names = table["tree_id"].to_pylist()
+    pine, oak = (
+        completed(table, dict.fromkeys(names, ("", kind, np.nan, 0.5)))
+        for kind in ("gymnosperm", "angiosperm")
+    )
+    ratio = np.array(pine["dbh_cm"].to_pylist()) / np.array(oak["dbh_cm"].to_pylist())
+    assert ratio == pytest.approx(1.004 / 0.694, rel=1e-3)
+    assert pine["agb_kg"].to_pylist() != oak["agb_kg"].to_pylist()
 
 
 def test_a_run_without_trees_has_empty_tables_and_maps(tmp_path):
