@@ -1,6 +1,7 @@
 """The shell: which tab a file goes to, what the keys do, and what becomes of whatever goes wrong."""
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from threading import Thread
 
 import pytest
@@ -125,7 +126,8 @@ def test_what_a_thread_brings_runs_in_the_loop_and_its_errors_are_sentences(shel
         await asyncio.wait_for(over.wait(), 30)
 
     shell.soon(broken)  # before there is a loop nothing runs
-    asyncio.run(serve())
+    with ThreadPoolExecutor(1) as elsewhere:  # browser tests leave a loop running in this thread
+        elsewhere.submit(lambda: asyncio.run(serve())).result()
     assert done == [True]
     assert len(said) == 1
     assert said[0].startswith("unexpected ValueError: invalid literal")

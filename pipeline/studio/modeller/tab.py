@@ -69,6 +69,7 @@ class ModelTab:
 
     def ready(self) -> None:
         """Begin to model."""
+        self.view.update()  # a browser that comes before the first tree has a picture to add to
         self.worker.ask(self.session.options)
 
     def accepts(self, path: Path) -> bool:

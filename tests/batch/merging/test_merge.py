@@ -284,7 +284,11 @@ def test_a_missing_package_is_named_with_its_remedy(tmp_path, monkeypatch, absen
             raise ModuleNotFoundError(name)
         return there(name, *more)
 
-    for room in ("pipeline.batch.merging.packages", "pipeline.formats.geoparquet", "pipeline.view.map_image"):
+    for room in (
+        "pipeline.batch.merging.packages",
+        "pipeline.formats.arrow_points",
+        "pipeline.view.map_image",
+    ):
         monkeypatch.setattr(f"{room}.import_module", import_module)
     with pytest.raises(MissingExtraError, match=rf"{absent.split('.')[0]}.*treepipe\[batch\]"):
         merge(tmp_path)

@@ -11,6 +11,7 @@ from pipeline.exchange import read_model
 from pipeline.formats.png import packed
 from pipeline.studio.folders import Folders
 from pipeline.studio.modeller.files import open_parameters
+from tests.studio.pages import is_told
 
 START = "seed = 7\niterations = 20\n"
 PATIENCE_MS = 60_000
@@ -144,8 +145,7 @@ def test_a_model_is_saved_into_the_folder_but_not_over_another(page, folder):
     page.wait_for_selector("#good")
     assert f"{len(read_model(folder / 'oak.ls.json')):,}" == figures(page)["nodes"]
     page.click("#save")
-    page.wait_for_selector("#trouble")
-    assert "exists already; give another name" in page.inner_text("#trouble")
+    is_told(page, "exists already; give another name")
 
 
 def test_parameter_files_are_opened_or_explained(page, tmp_path):
@@ -156,8 +156,7 @@ def test_parameter_files_are_opened_or_explained(page, tmp_path):
     for name, says in (("odd", "iterations = 1000 is not allowed"), ("huge", "choose a parameter file")):
         page.click("#files")
         page.set_input_files("#open-parameters", tmp_path / f"{name}.toml")
-        page.wait_for_selector("#trouble")
-        assert says in page.inner_text("#trouble")
+        is_told(page, says)
         page.keyboard.press("Escape")
         page.reload()
         page.wait_for_selector("#figures")
@@ -263,9 +262,8 @@ def test_a_tree_that_cannot_be_made_is_a_sentence_on_the_page_and_in_the_log(pag
     (folder / "odd.toml").write_text(f"seed = 7\niterations = 20\nleaf_picture = '{folder / 'odd.png'}'")
     page.click("#files")
     page.set_input_files("#open-parameters", folder / "odd.toml")
-    page.wait_for_selector("#trouble")
+    is_told(page, "odd.png: is no PNG picture; save it as PNG")
     said = page.inner_text("#trouble")
-    assert "odd.png: is no PNG picture; save it as PNG" in said
     assert f"treepipe: {said}" in served.log.read_text()
     page.keyboard.press("Escape")
     click(page, "undo")

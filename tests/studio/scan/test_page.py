@@ -9,6 +9,7 @@ import pytest
 Image = pytest.importorskip("PIL.Image", reason="looks at a picture; pip install pillow")
 
 from pipeline.exchange import read_model  # noqa: E402  # after the skip
+from tests.studio.pages import is_told  # noqa: E402  # after the skip
 
 FIRST_MS = 400_000
 """Reconstructing for the first time compiles."""
@@ -117,8 +118,7 @@ def test_options_change_the_figures_and_are_undone(page):
     assert float(page.input_value("#scan-set-cylinders-step_m .v-field input")) > 0.04
     until_shown(page, lambda: page.click("#scan-do-reset"))
     set_option(page, "clean", "voxel_m", "7")
-    page.wait_for_selector("#trouble")
-    assert "voxel_m = 7 is not allowed; give a number >= 0.001" in page.inner_text("#trouble")
+    is_told(page, "voxel_m = 7 is not allowed; give a number >= 0.001")
     assert page.input_value("#scan-set-clean-voxel_m .v-field input") == "0.005"
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from pipeline.exchange import read_model, write
 from pipeline.studio.years.listing import read_programmes
+from tests.studio.pages import is_told
 
 STEM = (794, 600)
 """Where the stem of the default tree stands in the window at first, in its year 20."""
@@ -125,8 +126,7 @@ def test_years_are_looked_at_and_a_branch_is_pruned(page, tmp_path):
 def test_an_event_that_does_not_fit_is_a_sentence(page):
     page.fill("#years-field-position", "30, 30, 30")
     until_grown(page, lambda: page.click("#years-apply"))
-    page.wait_for_selector("#trouble")
-    assert "the nearest is" in page.inner_text("#trouble")
+    is_told(page, "the nearest is")
     assert "no branch is within 0.5 m of (30.00, 30.00, 30.00)" in events(page)[0]
     until_grown(page, lambda: page.click("#years-remove-0"))
     assert events(page) == []
@@ -137,8 +137,7 @@ def test_events_are_opened_or_explained(page, tmp_path):
     (tmp_path / "good.toml").write_text(EVENTS)
     page.click("#years-files")
     page.set_input_files("#years-open-events", tmp_path / "odd.toml")
-    page.wait_for_selector("#trouble")
-    assert "do you mean crown-raise" in page.inner_text("#trouble")
+    is_told(page, "do you mean crown-raise")
     until_grown(page, lambda: page.set_input_files("#years-open-events", tmp_path / "good.toml"))
     page.keyboard.press("Escape")
     assert events(page)[0].startswith("12 · crown-raise")
