@@ -48,6 +48,7 @@ def command(
     if events_path(target).exists() and not overwrite:
         msg = f"{events_path(target)}: exists already; add --overwrite or give another name with -o"
         raise OutputExistsError(msg)
+    growth.check_model(earlier, later)
     _calibrate((earlier, later), target, read_config(config), **given)
 
 
@@ -76,6 +77,7 @@ def _calibrate(
     for path in files:
         LOGGER.info("%s: is read", path)
     earlier, later = (acquire(path, config) for path in files)
+    growth.check_writable(target.parent)
     fit = fit_growth(earlier, later, years, start=start, search=how)
     about = (
         f"Growth between {files[0].name} and {files[1].name}, {years} years ({ASSUMED}), "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import tempfile
 import tomllib
 import warnings
 from collections.abc import Callable, Sequence
@@ -15,7 +16,7 @@ import click
 from pipeline.choosing import chosen
 from pipeline.cli import options
 from pipeline.cli.logs import LOGGER
-from pipeline.errors import InputFormatError, InputMissingError
+from pipeline.errors import InputFormatError, InputMissingError, OutputError
 
 if TYPE_CHECKING:
     from pipeline.growth import Event, GrowthOptions
@@ -82,11 +83,44 @@ def read_events(path: Path | None) -> tuple[Event, ...]:
     """Return the events of a file; none without one."""
     if path is None:
         return ()
+    if path.is_dir():
+        msg = f"{path}: is a directory; give --events the TOML file in it"
+        raise InputFormatError(msg)
     if not path.is_file():
         msg = f"{path}: there is no such file; check the name given to --events"
         raise InputMissingError(msg)
     reader = import_module("pipeline.growth.events")  # late: not needed by most commands
     return tuple(reader.read_events(path))
+
+
+def check_model(*paths: Path) -> None:
+    """Make sure that no directory is given as a model.
+
+    Raises
+    ------
+    InputFormatError
+    """
+    for path in paths:
+        if path.is_dir():
+            msg = f"{path}: is a directory, and no model that can be read; give one of the files in it"
+            raise InputFormatError(msg)
+
+
+def check_writable(folder: Path) -> None:
+    """Make a folder, and make sure that files can be written into it: growth takes long.
+
+    Raises
+    ------
+    OutputError
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        reason = error.strerror or str(error)
+        msg = f"{folder}: cannot be written to ({reason}); free space or choose another folder with -o"
+        raise OutputError(msg) from error
 
 
 def tell_of_poles(function: Command) -> Command:
@@ -117,6 +151,9 @@ def read_parameters(path: Path) -> dict[str, Any]:
     except FileNotFoundError as error:
         msg = f"{path}: there is no such file; check the name given to --params"
         raise InputMissingError(msg) from error
+    except IsADirectoryError as error:
+        msg = f"{path}: is a directory; give --params the TOML file in it"
+        raise InputFormatError(msg) from error
     except (OSError, ValueError) as error:  # TOMLDecodeError and UnicodeDecodeError are ValueErrors
         msg = f"{path}: is not TOML ({error}); write KEY = VALUE on each line"
         raise InputFormatError(msg) from error

@@ -76,6 +76,7 @@ def command(words: Sequence[str], operation: str, every: bool, target: Path, **g
     pruning = operation_of(operation, values | ({"all": True} if every else {}))
     to = format_of(target)
     options.check_target(target, (to.suffix,), overwrite=given["overwrite"])
+    growth.check_model(model)
     tree = read_tree(model)
     options.warn_if_flat(model, tree)
     with named(model):
@@ -84,6 +85,7 @@ def command(words: Sequence[str], operation: str, every: bool, target: Path, **g
         LOGGER.warning("%s: %s finds nothing to do; the tree is as it was", model, operation)
     if done.tied:
         LOGGER.warning("ties act as the tree grows, and files of models have none; use `treepipe simulate`")
+    growth.check_writable(target.parent)
     to.write(pruned, target, _config())
     bent = f", {done.bent} bent" if done.bent else ""
     before, after = (float(one.skeleton.length.sum()) for one in (tree, pruned))

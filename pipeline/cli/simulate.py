@@ -56,6 +56,8 @@ def command(model: Path | None, overwrite: bool, **given: Any) -> None:
     )
     if not overwrite:
         plan.check_free()
+    if model is not None:
+        growth.check_model(model)
     start = bud() if model is None else read_tree(model)
     if model is not None:
         options.warn_if_flat(model, start)
@@ -63,6 +65,7 @@ def command(model: Path | None, overwrite: bool, **given: Any) -> None:
         from dataclasses import replace
 
         plan = replace(plan, shade=read_shade(shade, start.skeleton.origin))
+    growth.check_writable(plan.out)
     _simulate(model, start, plan)
 
 

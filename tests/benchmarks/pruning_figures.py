@@ -107,6 +107,7 @@ def open_centre(out: Path) -> None:
             ("cut", tree(10, 0, *once)),
             ("year 25, alone", tree(25, 0)),
             ("year 25, cut once", tree(25, 0, *once)),
+            ("year 25, cut level", tree(25, 0, *planned(OpenCentre(level=True), 10))),
             ("year 25, kept open", tree(25, 0, *again)),
         ],
     )
@@ -253,6 +254,7 @@ def measure_open() -> None:
     ways: dict[str, tuple[Event, ...]] = {
         "alone": (),
         "once": planned(OpenCentre(), 10),
+        "once, level": planned(OpenCentre(level=True), 10),
         "kept open": planned(OpenCentre(), 10, until=25, every=2),
     }
     alone = np.zeros(len(SEEDS))

@@ -75,6 +75,8 @@ def test_what_is_wrong_is_named(call, pair, tmp_path):
         ((*pair, "--years", 2, "-o", target, "--species", "oak"), 2, "unknown species"),
         ((pair[0], tmp_path / "none.npz", "--years", 2, "-o", target), 1, "none.npz"),
         ((tmp_path / "none.laz", pair[0], "--years", 2, "-o", target), 1, "none.laz"),
+        ((pair[0], tmp_path, "--years", 2, "-o", target), 1, "is a directory, and no model"),
+        ((*pair, "--years", 2, "-o", pair[0] / "fit.toml"), 1, "choose another folder with -o"),
     ):
         result = call("calibrate", *arguments)
         assert (result.exit_code, said in result.stderr) == (code, True), result.stderr

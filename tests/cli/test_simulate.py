@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -190,7 +193,10 @@ def test_several_roots_and_folders_are_no_model(call, tmp_path):
         for words in (("simulate", "--years", 1), ("prune", "--operation", "thin")):
             result = call(words[0], tmp_path / name, *words[1:], "-o", tmp_path / "out.npz")
             assert (result.exit_code, said in result.stderr) == (1, True), result.stderr
-            assert name or "is no model that can be read; give one of" in result.stderr
+            assert (
+                name
+                or "is a directory, and no model that can be read; give one of the files" in result.stderr
+            )
 
 
 def test_what_cannot_be_written_is_named(call, oak, tmp_path):
@@ -202,7 +208,33 @@ def test_what_cannot_be_written_is_named(call, oak, tmp_path):
         result = call(*words, "-o", tmp_path / "file" / target)
         assert result.exit_code == 1
         assert "cannot be written" in result.stderr
-        assert "choose another folder" in result.stderr
+        assert "choose another folder with -o" in result.stderr
+        assert "--out" not in result.stderr
+
+
+@pytest.mark.parametrize("option", ["--params", "--events"])
+def test_a_directory_is_no_file_of_settings(call, tmp_path, option):
+    result = call("simulate", "--years", 1, option, tmp_path, "-o", tmp_path / "out", "--no-picture")
+    assert result.exit_code == 1
+    assert f"is a directory; give {option} the TOML file in it" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("simulate", "--years", "1", "--params", "."), "is a directory; give --params"),
+        (("simulate", ".", "--years", "1"), "is a directory, and no model"),
+        (("simulate", "--years", "1", "--no-picture"), "choose another folder with -o"),
+    ],
+)
+def test_the_installed_command_names_directories(tmp_path, words, said):
+    (tmp_path / "file").write_text("here")
+    command = [Path(sys.executable).with_name("treepipe"), *words, "-o", "file/out"]
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (result.returncode, said in result.stderr, "--out" in result.stderr) == (1, True, False), (
+        result.stderr
+    )
 
 
 def test_a_skeleton_has_no_radii_to_grow(call, made, tmp_path):

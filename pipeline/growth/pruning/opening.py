@@ -8,11 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import Field
 
+from pipeline.growth.pruning.facing import outward
 from pipeline.growth.pruning.operation import ROUNDING_M, cut_off, leader
 from pipeline.growth.pruning.selecting import Scope, Selector
 from pipeline.growth.simulation import Growth
 from pipeline.growth.state import DAMAGED, Metamers
-from pipeline.model import Ints
+from pipeline.model import Floats, Ints
 
 
 class OpenCentre(Selector):
@@ -24,7 +25,7 @@ class OpenCentre(Selector):
     References
     ----------
     Section 4.2.3 of the thesis, after Brickell & Joyce: at a height of about 0.9 m, about year 10. Added: the
-    cuts of later years.
+    cuts of later years, and `level`.
     """
 
     name: ClassVar[str] = "open-centre"
@@ -42,6 +43,10 @@ class OpenCentre(Selector):
         description="height above the cut, as a share of the next, from which one is cut back",
     )
 
+    level: bool = Field(
+        False, description="with the cut, also head side branches back to the height of the middle one"
+    )
+
     def _act(self, growth: Growth) -> dict[str, Any]:
         tree = growth.metamers
         return {
@@ -55,13 +60,15 @@ class OpenCentre(Selector):
         sides = axis[(tree.lateral_child[axis] >= 0) & (np.cumsum(step) >= self.trunk_m - ROUNDING_M)]
         if len(sides) >= self.leaders and (top := int(tree.terminal_child[sides[self.leaders - 1]])) >= 0:
             yield top
+            if self.level:
+                yield from self._levelled(tree, tree.lateral_child[sides[: self.leaders]])
         elif tree.terminal_bud[axis[-1]] == DAMAGED and len(sides) > 1:
             yield from self._ahead(tree, int(axis[-1]), tree.lateral_child[sides])
 
     def _ahead(self, tree: Metamers, cut: int, branches: Ints) -> Iterator[int]:
         """Yield where the highest branch is cut back to the height of the next."""
         ends, base = tree.end[: len(tree), 2], tree.end[cut, 2]
-        tops = np.array([ends[tree.subtree([branch])].max() - base for branch in branches.tolist()])
+        tops = self._heights(tree, branches) - base
         first, second = np.argsort(-tops, kind="stable")[:2]
         if tops[second] <= 0.0 or tops[first] <= self.ahead * tops[second]:
             return
@@ -69,3 +76,29 @@ class OpenCentre(Selector):
         low = path[(ends[path] - base <= tops[second]) & (tree.terminal_child[path] >= 0)]
         if len(low):
             yield int(tree.terminal_child[low[-1]])
+
+    def _levelled(self, tree: Metamers, branches: Ints) -> Iterator[int]:
+        """Yield cuts of branches that are higher than the middle one: above the last bud that looks out.
+
+        Where none of the buds below that height looks away from the stem, the last of them is taken.
+        """
+        tops = self._heights(tree, branches)
+        height = np.sort(tops)[len(tops) // 2]
+        for branch in branches[tops > height].tolist():
+            path = leader(tree, branch)
+            low = path[
+                (tree.end[path, 2] <= height)
+                & (tree.terminal_child[path] >= 0)
+                & (tree.lateral_bud[path] != DAMAGED)
+            ]
+            out = low[tree.lateral_bud_direction[low] @ outward(tree, branch) > 0.0]
+            if len(low):
+                yield int(tree.terminal_child[(out if len(out) else low)[-1]])
+                part = np.flatnonzero(tree.subtree([branch]) & (tree.end[: len(tree), 2] > height))
+                yield from part[part != branch].tolist()
+
+    @staticmethod
+    def _heights(tree: Metamers, branches: Ints) -> Floats:
+        """(B,) heights of the highest points of branches."""
+        ends = tree.end[: len(tree), 2]
+        return np.array([ends[tree.subtree([branch])].max() for branch in branches.tolist()])

@@ -67,6 +67,30 @@ def test_no_stem_goes_on_through_the_crown(trees) -> None:
         assert len(once.metamers.axis(0)) < 12
 
 
+def test_level_heads_the_higher_branches_back_to_the_middle_one(tree_of) -> None:
+    for seed in SEEDS:
+        plain, level = tree_of(10, seed), tree_of(10, seed)
+        OpenCentre().apply(plain)
+        OpenCentre(level=True).apply(level)
+        before, after = (
+            sorted(g.metamers.held()["end"][g.metamers.subtree([b]), 2].max() for b in branches_of(g))
+            for g in (plain, level)
+        )
+        assert len(after) == 3
+        assert set(level.metamers.held()["key"].tolist()) <= set(plain.metamers.held()["key"].tolist())
+        assert after[-1] <= before[1] + 1e-9
+
+
+def test_level_makes_more_leaders_and_a_relatively_wider_tree(trees) -> None:
+    events = planned(OpenCentre(level=True), CUT)
+    level = [grow(OPTIONS, YEARS, seed=s, events=events) for s in SEEDS]
+    alone, once = (np.array([size(row[i])[0] for row in trees]) for i in range(2))
+    ratio = np.array([size(growth)[0] for growth in level])
+    assert (ratio > alone).mean() >= 0.85
+    assert ratio.mean() > once.mean()
+    assert all(leaders(growth) in {2, 3} for growth in level)
+
+
 def test_a_tree_with_too_few_branches_waits(tree_of) -> None:
     growth = tree_of(10)
     assert OpenCentre(leaders=20).apply(growth).idle
