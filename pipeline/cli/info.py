@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from pipeline.model import Floats, PointCloud, Skeleton, TreeModel
 
 KEYS = (
-    *("kind", "points", "nodes", "branches", "height_m", "dbh_cm", "volume_l", "length_m"),
-    *("crs", "extent", "bytes", "bytes_per_node"),
+    *("kind", "points", "nodes", "branches", "height_m", "dbh_cm", "dbh_source", "volume_l", "length_m"),
+    *("radius_share", "flags", "crs", "extent", "bytes", "bytes_per_node"),
 )
 
 
@@ -31,7 +31,7 @@ def command(file: Path, as_json: bool) -> None:
         click.echo(json.dumps(facts, indent=2))
         return
     for key, value in facts.items():
-        if value is not None:
+        if value not in (None, []):
             click.echo(f"{key:<14} {_shown(value)}")
 
 
@@ -100,7 +100,8 @@ def _model_facts(model: TreeModel | Skeleton) -> dict[str, Any]:
         from pipeline.report import report
 
         known = report(model)
-        figures = {key: getattr(known, key) for key in ("height_m", "dbh_cm", "volume_l")}
+        told = ("height_m", "dbh_cm", "dbh_source", "volume_l", "radius_share", "flags")
+        figures = {key: getattr(known, key) for key in told}
         facts |= {"kind": "tree", **figures}
     return facts
 
@@ -118,12 +119,16 @@ def _size(file: Path, nodes: int | None) -> dict[str, Any]:
 
 def _rounded(value: Any) -> Any:
     """Return micrometres and the like: no digit beyond what a file can mean."""
-    if isinstance(value, list):
-        return [_rounded(number) for number in value]
+    if isinstance(value, list | tuple):
+        return [_rounded(part) for part in value]
+    if isinstance(value, dict):
+        return {key: _rounded(part) for key, part in value.items()}
     return round(value, 6) if isinstance(value, float) else value
 
 
 def _shown(value: Any) -> str:
-    if isinstance(value, list):
-        return "  ".join(f"{number:.3f}" for number in value)
+    if isinstance(value, list | tuple):
+        return "  ".join(map(_shown, value))
+    if isinstance(value, dict):
+        return "  ".join(f"{key} {_shown(part)}" for key, part in value.items())
     return f"{value:.3f}" if isinstance(value, float) else str(value)

@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 
 from pipeline.errors import InputFormatError, ModelError
 from pipeline.formats.lines import FAR
-from pipeline.formats.nodes import Nodes, measured
+from pipeline.formats.nodes import Nodes, untold
 from pipeline.formats.ply import Element, Ply, open_ply
 from pipeline.geometry.numbering import from_edges
 from pipeline.model import Floats, Skeleton, TreeModel
@@ -70,7 +70,7 @@ def read(path: str | os.PathLike[str]) -> TreeModel | Skeleton:
         raise InputFormatError(msg) from error
     origin = np.asarray(np.floor(world.min(axis=0)))
     skeleton = Nodes(world[node], parent.astype(np.int64), origin=origin, keep=True).skeleton()
-    return skeleton if radius is None else measured(skeleton, radius[node])
+    return skeleton if radius is None else untold(skeleton, radius[node])
 
 
 def _nodes(ply: Ply) -> tuple[Floats, Floats | None]:

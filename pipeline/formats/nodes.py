@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.geometry.numbering import by_paths, renumbered
-from pipeline.model import MEASURED, Floats, Skeleton, TreeModel, Trunk
+from pipeline.model import PROPAGATED, Floats, Skeleton, TreeModel, Trunk
 
 Flags = NDArray[np.bool_]
 Positions = NDArray[np.int64]
@@ -53,7 +53,7 @@ class Nodes:
     def tree(self, radius: Floats, trunk: Trunk | None = None) -> TreeModel:
         """Return the tree with radii (N,) in metres, in the order of the nodes here."""
         skeleton, node = self.numbered()
-        return measured(skeleton, radius[node], trunk)
+        return untold(skeleton, radius[node], trunk)
 
     def numbered(self) -> tuple[Skeleton, Positions]:
         """Return the skeleton, and which node stands at each of its numbers."""
@@ -79,8 +79,11 @@ class Nodes:
         return bool(np.array_equal(~kept.branch_start[1:], self.goes_on[1:]))
 
 
-def measured(skeleton: Skeleton, radius: Floats, trunk: Trunk | None = None) -> TreeModel:
-    """Return a tree whose radii (N,) in metres count as measured, with errors that are not known."""
+def untold(skeleton: Skeleton, radius: Floats, trunk: Trunk | None = None) -> TreeModel:
+    """Return a tree with radii (N,) in metres of which a file does not say where they come from.
+
+    They count as propagated, with errors that are not known: whoever wrote them may or may not have measured them.
+    """
     count = len(skeleton)
-    source = np.full(count, MEASURED, dtype=np.uint8)
+    source = np.full(count, PROPAGATED, dtype=np.uint8)
     return TreeModel(skeleton, radius, source, np.full(count, np.nan), trunk)

@@ -17,7 +17,7 @@ from pipeline.errors import InputFormatError, ModelError
 from pipeline.formats.metadata import from_json, to_json, trunk_from_plain, trunk_to_plain
 from pipeline.formats.ply import COMMENT_WIDTH, Ply, header, open_ply
 from pipeline.geometry.numbering import from_edges, rooted
-from pipeline.model import MEASURED, Floats, Skeleton, TreeModel
+from pipeline.model import PROPAGATED, Floats, Skeleton, TreeModel
 from pipeline.output import write_bytes
 
 MARK = "treepipe "
@@ -107,7 +107,7 @@ def read(path: str | os.PathLike[str]) -> Skeleton | TreeModel:
         if "radius" not in vertex:
             return skeleton
         count = len(skeleton)
-        source = vertex.get("radius_source", np.full(count, MEASURED))[node]
+        source = vertex.get("radius_source", np.full(count, PROPAGATED))[node]
         if ((source < 0) | (source > 255)).any():
             msg = "radius_source is not between 0 and 2"
             raise ModelError(msg)

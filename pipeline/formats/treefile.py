@@ -32,7 +32,7 @@ from pipeline.formats.lines import (
     read_lines,
     whole,
 )
-from pipeline.formats.nodes import Nodes, measured
+from pipeline.formats.nodes import Nodes, untold
 from pipeline.model import Floats, Skeleton, TreeModel
 from pipeline.output import write_text
 
@@ -108,9 +108,9 @@ def read(path: str | os.PathLike[str]) -> TreeModel:
     ours, crs, origin = "treepipe" in said, crs_of(said), origin_of(path, said)
     skeleton, node = Nodes(table[:, :3], parent, crs=crs, origin=origin, keep=ours).numbered()
     told = _told(path, said, len(skeleton)) if ours else None
-    if told is not None and np.abs(_cylinders(measured(skeleton, told)) - cylinder[node]).max() <= ROUNDED_M:
-        return measured(skeleton, told)
-    return measured(skeleton, _meeting(skeleton, cylinder[node]))
+    if told is not None and np.abs(_cylinders(untold(skeleton, told)) - cylinder[node]).max() <= ROUNDED_M:
+        return untold(skeleton, told)
+    return untold(skeleton, _meeting(skeleton, cylinder[node]))
 
 
 def _cylinders(tree: TreeModel) -> Floats:

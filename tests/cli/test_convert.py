@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 import trimesh
@@ -38,6 +40,17 @@ def test_info_knows_every_model(call, sapling_model, tmp_path, name):
     result = call("info", path)
     assert result.exit_code == 0, result.stderr
     assert result.stdout.startswith("kind           tree")
+
+
+def test_info_tells_where_radii_come_from(call, sapling_model, tmp_path):
+    """A file that does not say so is not said to hold measured ones."""
+    known = json.loads(call("info", sapling_model, "--json").stdout)
+    assert known["dbh_source"] == "measured"
+    assert known["radius_share"]["measured"] > 0.1
+    call("convert", sapling_model, tmp_path / "tree.swc")
+    known = json.loads(call("info", tmp_path / "tree.swc", "--json").stdout)
+    assert known["radius_share"] == {"measured": 0.0, "propagated": 1.0, "allometric": 0.0}
+    assert "propagated 1.000" in call("info", tmp_path / "tree.swc").stdout
 
 
 @pytest.mark.parametrize("suffix", [".mesh.ply", ".obj", ".glb"])

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from pipeline.errors import InputFormatError, InputMissingError, OutputError
 from pipeline.formats import skeleton_ply
 from pipeline.formats.ply import open_ply
-from pipeline.model import MEASURED, Skeleton, TreeModel
+from pipeline.model import PROPAGATED, Skeleton, TreeModel
 
 HEAD = [
     "ply",
@@ -116,13 +116,13 @@ def test_other_programs_may_number_and_point_as_they_like(tmp_path: Path) -> Non
     assert read.crs is None
 
 
-def test_radii_of_other_programs_count_as_measured(tmp_path: Path) -> None:
+def test_radii_of_other_programs_are_not_said_to_be_measured(tmp_path: Path) -> None:
     head = [*HEAD, "property float radius"]
     nodes = [f"{xyz} 0.5" for xyz in NODES]
     read = skeleton_ply.read(put(tmp_path / "t.ply", *head, *EDGE, *nodes, "0 1", "1 2", "1 3"))
     assert isinstance(read, TreeModel)
     assert read.radius.tolist() == [0.5] * 4
-    assert set(read.radius_source.tolist()) == {MEASURED}
+    assert set(read.radius_source.tolist()) == {PROPAGATED}
     assert np.isnan(read.radius_rmse).all()
 
 
