@@ -82,7 +82,7 @@ class Nodes:
 def untold(skeleton: Skeleton, radius: Floats, trunk: Trunk | None = None) -> TreeModel:
     """Return a tree with radii (N,) in metres of which a file does not say where they come from.
 
-    They count as propagated, with errors that are not known: whoever wrote them may or may not have measured them.
+    They count as propagated, with errors that are not known: their writer may have measured them, or not.
     """
     count = len(skeleton)
     source = np.full(count, PROPAGATED, dtype=np.uint8)
