@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import UsageError
+from pipeline.geometry.compiled import compiled
 from pipeline.model import Floats
 
 Voxels = NDArray[np.int64]
@@ -18,7 +19,7 @@ Whole = TypeVar("Whole", np.int64, np.int32)
 MOST_VOXELS = 60_000_000
 """Half a gigabyte."""
 SPARE = 0.25
-"""Share of its size by which the box grows beyond what is needed, on all sides that were ever too near."""
+"""Share of its size that the box grows by on sides that were ever too near; a large one only as needed."""
 
 
 class Lattice(Generic[Whole]):
@@ -54,18 +55,29 @@ class Lattice(Generic[Whole]):
         UsageError
             If it would have more than `MOST_VOXELS` voxels.
         """
-        if not len(points):
-            return
-        low = np.floor(points.min(axis=0) / self.voxel_m).astype(np.int64) - margin
-        high = np.floor(points.max(axis=0) / self.voxel_m).astype(np.int64) + margin + 1
+        if len(points):
+            self.hold(*corners(points), margin)
+
+    def hold(self, lowest: Floats, highest: Floats, margin: int) -> None:
+        """Make the box so large that all between two corners (3,), metres, lies `margin` voxels within.
+
+        Raises
+        ------
+        UsageError
+            As `cover`.
+        """
+        low = np.floor(lowest / self.voxel_m).astype(np.int64) - margin
+        high = np.floor(highest / self.voxel_m).astype(np.int64) + margin + 1
         had, top = np.array(self.values.shape), self.low + np.array(self.values.shape)
         if self.values.size:
             if (low >= self.low).all() and (high <= top).all():
                 return
             spare = np.maximum(margin, (SPARE * had).astype(np.int64))
             self._grows |= np.array([low < self.low, high > top])
-            low = np.where(self._grows[0], np.minimum(self.low, low - spare), self.low)
-            high = np.where(self._grows[1], np.maximum(top, high + spare), top)
+            low, high = np.minimum(self.low, low), np.maximum(top, high)
+            wide_low, wide_high = low - self._grows[0] * spare, high + self._grows[1] * spare
+            if (wide_high - wide_low).astype(float).prod() <= MOST_VOXELS:
+                low, high = wide_low, wide_high
         self._enlarge(low, high - low)
 
     def _enlarge(self, low: Voxels, shape: Voxels) -> None:
@@ -82,6 +94,16 @@ class Lattice(Generic[Whole]):
         if self.values.size:
             values[inner] = self.values
         self.low, self.values = low, values
+
+
+@compiled
+def corners(points: Floats) -> tuple[Floats, Floats]:
+    """Return the least and greatest coordinates of (P, 3) points, one at least."""
+    low, high = points[0].copy(), points[0].copy()
+    for p in range(1, len(points)):
+        for c in range(3):
+            low[c], high[c] = min(low[c], points[p, c]), max(high[c], points[p, c])
+    return low, high
 
 
 def zeros(_low: Voxels, shape: Voxels) -> Voxels:

@@ -9,7 +9,7 @@ from pipeline.growth.bound import KINDS, Limits, is_within
 from pipeline.growth.chance import scramble
 from pipeline.growth.claims import claim, middles
 from pipeline.growth.jitter import BLOCKED, FARTHEST, ROUNDING, Grid, column, marker, marker_in
-from pipeline.growth.lattice import Counts, Lattice, Voxels, no_counts
+from pipeline.growth.lattice import Counts, Lattice, Voxels, corners, no_counts
 from pipeline.growth.options import GrowthOptions
 from pipeline.growth.shade import Shade
 from pipeline.growth.sight import BudLight, bud_light
@@ -81,9 +81,10 @@ class Markers:
 
     def _cover(self, points: Floats, radius: float) -> None:
         """Let the box hold all within a radius of points."""
-        margin = int(np.ceil(radius / self._spacing)) + 1
-        self.grid.cover(points, margin)
-        self._numbers.cover(points, margin)
+        if len(points):
+            margin, (low, high) = int(np.ceil(radius / self._spacing)) + 1, corners(points)
+            self.grid.hold(low, high, margin)
+            self._numbers.hold(low, high, margin)
         self._met = self._met._replace(number=self._numbers.values)
 
     def _cells(self) -> Grid:
@@ -177,15 +178,17 @@ def block(grid: Grid, limits: Limits, amount: int) -> None:
     """Set the markers where no tree may grow; without a shape only cells that the ground cuts need a look."""
     values, low, size, seed = grid
     point = np.zeros(3)
+    sunk, asked = 0, values.shape[2]
     for k in range(values.shape[2]):
         bottom = (k + low[2]) * size - limits.foot[2]
+        sunk += int(bottom + size < 0.0)
         if limits.kind == 0 and bottom > 0.0:
+            asked = k
             break
-        if bottom + size < 0.0:
-            values[:, :, k] = amount
-            continue
-        for i in range(values.shape[0]):
-            for j in range(values.shape[1]):
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            values[i, j, :sunk] = amount
+            for k in range(sunk, asked):
                 point[0], point[1], point[2] = marker(i + low[0], j + low[1], k + low[2], size, seed)
                 if not is_within(point, limits):
                     values[i, j, k] = amount
