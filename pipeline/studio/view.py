@@ -17,6 +17,9 @@ DELTA = "trame.vtk.delta"
 REST_S = 0.4
 """How long nothing changes before the whole picture is laid down for browsers that come later."""
 
+AGAIN_S = (3.0, 10.0, 30.0)
+"""When the whole picture is sent again to a browser that has come."""
+
 _Base: Any = PyVistaLocalView
 
 
@@ -53,7 +56,15 @@ class View(_Base):  # type: ignore[misc]  # of a package without types
             self._later = self._shell.later(REST_S, self._lay_down)
 
     def _welcome(self) -> None:
-        """Send the whole picture to a browser that has come; to the others it is what they have."""
+        """Send the whole picture to a browser that has come; to the others it is what they have.
+
+        A slow one may not listen yet, and what changes meanwhile would be lost to it: so again, some times.
+        """
+        self._send_whole()
+        for seconds in AGAIN_S:
+            self._shell.later(seconds, self._send_whole)
+
+    def _send_whole(self) -> None:
         self.server.protocol.publish(DELTA, self._scene(whole=True))
 
     def _lay_down(self) -> None:
