@@ -6,6 +6,7 @@ import asyncio
 from functools import partial
 from typing import Any
 
+from trame.widgets import client
 from trame_pyvista.widgets import PyVistaLocalView
 from trame_vtk.modules.vtk.protocols import vtkWebLocalRendering
 from trame_vtk.modules.vtk.serializers import SynchronizationContext, reference_id
@@ -17,9 +18,6 @@ DELTA = "trame.vtk.delta"
 REST_S = 0.4
 """How long nothing changes before the whole picture is laid down for browsers that come later."""
 
-AGAIN_S = (3.0, 10.0, 30.0)
-"""When the whole picture is sent again to a browser that has come."""
-
 _Base: Any = PyVistaLocalView
 
 
@@ -27,10 +25,12 @@ class View(_Base):  # type: ignore[misc]  # of a package without types
     """A view of a plotter's scene, drawn by the browser.
 
     The one it is made from sends every change twice: as a change, and as the whole picture, which only a
-    browser reads that has not drawn yet. Here the whole is put off until nothing changes for a while, and a
-    browser that comes is sent it at once. A browser that asks late for arrays of a picture that is gone gets
-    empty ones, rather than an error after which it would draw no more. And what is hidden is sent whole when
-    it is shown again, because the browser has thrown it away.
+    browser reads that has not drawn yet. Here the whole is put off until nothing changes for a while, but the
+    first, without which a browser would take no change for its own; and a browser that listens is sent it at
+    once, and stands where the last look was, for it has missed what changed while it loaded. A browser that
+    asks late for arrays of a picture that is gone gets empty ones, rather than an error after which it would
+    draw no more. And what is hidden is sent whole when it is shown again, because the browser has thrown it
+    away.
 
     Parameters
     ----------
@@ -43,9 +43,14 @@ class View(_Base):  # type: ignore[misc]  # of a package without types
     def __init__(self, shell: Shell, plotter: Any, **style: Any) -> None:
         self._shell = shell
         self._later: asyncio.TimerHandle | None = None
+        self._is_laid_down = False
         super().__init__(plotter, context_name=f"'{plotter._id_name}'", **style)
+        self._camera = f"camera_{self.ref_name}"
+        self.server.state[self._camera] = None
         self.server.controller.on_server_ready.add(lambda **_: _forgive(self.server))
-        self.server.controller.on_client_connected.add(lambda **_: shell.soon(self._welcome))
+        self.server.controller.trigger(arrived := f"arrived_{self.ref_name}")(self._send_whole)
+        stands = f"{self._camera} && trame.refs['{self.ref_name}'].setCamera({self._camera})"
+        client.ClientTriggers(mounted=f"{stands}; trigger('{arrived}')", ref=arrived)
 
     def update(self, **_given: Any) -> None:
         """Send what has changed."""
@@ -53,21 +58,27 @@ class View(_Base):  # type: ignore[misc]  # of a package without types
             self.server.protocol.publish(DELTA, self._scene(whole=False))
             if self._later:
                 self._later.cancel()
-            self._later = self._shell.later(REST_S, self._lay_down)
+            if self._is_laid_down:
+                self._later = self._shell.later(REST_S, self._lay_down)
+            else:
+                self._lay_down()
 
-    def _welcome(self) -> None:
-        """Send the whole picture to a browser that has come; to the others it is what they have.
-
-        A slow one may not listen yet, and what changes meanwhile would be lost to it: so again, some times.
-        """
-        self._send_whole()
-        for seconds in AGAIN_S:
-            self._shell.later(seconds, self._send_whole)
+    def push_camera(self, *given: Any, **named: Any) -> None:
+        """Let browsers stand where the plotter's camera stands, those too that come later."""
+        camera = self.plotter.camera
+        self.server.state[self._camera] = {
+            "position": camera.GetPosition(),
+            "focalPoint": camera.GetFocalPoint(),
+            "viewUp": camera.GetViewUp(),
+        }
+        super().push_camera(*given, **named)
 
     def _send_whole(self) -> None:
+        """Send the whole picture to a browser that has come; to the others it is what they have."""
         self.server.protocol.publish(DELTA, self._scene(whole=True))
 
     def _lay_down(self) -> None:
+        self._is_laid_down = True
         self.server.state[f"scene_{self.ref_name}"] = self._scene(whole=True)
 
     def _scene(self, *, whole: bool) -> Any:

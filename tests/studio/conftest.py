@@ -32,11 +32,12 @@ def browser():
 
 @pytest.fixture(scope="session")
 def studio():
-    """Return what starts `treepipe studio` with arguments, as a process."""
+    """Return what starts `treepipe studio` with arguments, as a process, after a line of Python."""
 
-    def start(*arguments, log=subprocess.PIPE):
+    def start(*arguments, log=subprocess.PIPE, first=""):
+        line = f"{first}\nfrom pipeline.cli.main import main; main(prog_name='treepipe')"
         return subprocess.Popen(
-            [sys.executable, "-m", "pipeline", "studio", "--no-browser", *map(str, arguments)],
+            [sys.executable, "-c", line, "studio", "--no-browser", *map(str, arguments)],
             stdout=subprocess.PIPE,
             stderr=log,
             text=True,
@@ -54,9 +55,9 @@ def served(studio, tmp_path_factory):
     """
     running = []
 
-    def start(*files):
+    def start(*files, first=""):
         with start.log.open("a") as log:
-            server = studio("--port", 0, *files, log=log)
+            server = studio("--port", 0, *files, log=log, first=first)
         running.append(server)
         said = server.stdout.readline()
         assert "studio at http://127.0.0.1:" in said, start.log.read_text()
