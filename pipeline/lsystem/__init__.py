@@ -19,8 +19,9 @@
 """
 
 from pipeline.lsystem.decode import FLAT, decode, max_error
-from pipeline.lsystem.dialects.interpreters import from_lstring
-from pipeline.lsystem.dialects.profiles import PROFILES, LstringOptions, Profile, to_lstring
+from pipeline.lsystem.dialects.conventions import PROFILES, LstringOptions, Profile
+from pipeline.lsystem.dialects.reading import from_lstring
+from pipeline.lsystem.dialects.writing import to_lstring
 from pipeline.lsystem.document import read_lsjson, write_lsjson
 from pipeline.lsystem.encode import LsystemOptions, encode
 from pipeline.lsystem.grammar import expand

@@ -1,6 +1,6 @@
 """The turtles of other programs: an L-string in one of their conventions becomes a tree.
 
-Reads what `profiles` writes, and strings of others that keep to the turns, ``F``, widths and
+Reads what `writing` writes, and strings of others that keep to the turns, ``F``, widths and
 brackets of a convention; `docs/lstring.md` states each.
 """
 
@@ -14,18 +14,17 @@ from numpy.typing import NDArray
 
 from pipeline.errors import InputFormatError
 from pipeline.geometry.compiled import compiled
-from pipeline.lsystem.dialects.profiles import (
+from pipeline.lsystem.dialects.conventions import (
     CLOSE,
     FORWARD,
-    HEADING,
     OPEN,
     PROFILES,
     WIDTH,
     Convention,
     Profile,
     convention_of,
-    rotate,
 )
+from pipeline.lsystem.dialects.frames import HEADING, rotate
 from pipeline.lsystem.numbering import carried, continued, numbered
 from pipeline.lsystem.tokens import excerpt
 from pipeline.model import PROPAGATED, Floats, Ints, Skeleton, TreeModel

@@ -12,19 +12,10 @@ from hypothesis import strategies as st
 
 from pipeline.errors import InputFormatError, UsageError
 from pipeline.lsystem import canonical, decode, read_lsjson
-from pipeline.lsystem.dialects.interpreters import follow, from_lstring, profile_of
-from pipeline.lsystem.dialects.profiles import (
-    CONVENTIONS,
-    PITCH,
-    PROFILES,
-    ROLL,
-    TURN,
-    Profile,
-    anchor,
-    close_frames,
-    rotate,
-    to_lstring,
-)
+from pipeline.lsystem.dialects.conventions import CONVENTIONS, PITCH, PROFILES, ROLL, TURN, Profile
+from pipeline.lsystem.dialects.frames import close_frames, rotate
+from pipeline.lsystem.dialects.reading import follow, from_lstring, profile_of
+from pipeline.lsystem.dialects.writing import anchor, to_lstring
 from pipeline.model import Skeleton, TreeModel
 from tests.pace import first_nodes, slowdown
 
