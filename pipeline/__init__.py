@@ -14,7 +14,6 @@ Names are resolved when they are first used, so that ``import pipeline`` costs n
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -26,8 +25,7 @@ if TYPE_CHECKING:
     from pipeline.report import report
     from pipeline.run import reconstruct
     from pipeline.skeleton import extract
-
-    __version__: str
+    from pipeline.version import __version__
 
 __all__ = [
     "Config",
@@ -46,6 +44,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "__version__": "version",
     "Config": "config",
     "PointCloud": "model",
     "Skeleton": "model",
@@ -62,8 +61,6 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    if name == "__version__":
-        return _version()
     if name not in _HOMES:
         msg = f"module 'pipeline' has no attribute {name!r}"
         raise AttributeError(msg)
@@ -72,10 +69,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
-
-
-def _version() -> str:
-    try:
-        return version("treepipe")
-    except PackageNotFoundError:  # a source tree on the path that was never installed
-        return "unknown"

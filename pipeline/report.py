@@ -12,8 +12,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pipeline import __version__
 from pipeline.model import RADIUS_SOURCES, Floats, TreeModel, Trunk
+from pipeline.version import __version__
 
 CROWN_SHARE = 0.1
 """Share of all branches' length below which branches are stray shoots, not yet the crown."""

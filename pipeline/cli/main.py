@@ -104,7 +104,7 @@ def _sentence(text: str) -> str:
 
 def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
     if wanted:
-        from pipeline import __version__
+        from pipeline.version import __version__
 
         click.echo(f"treepipe {__version__}")
         ctx.exit()

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from pipeline import __version__
 from pipeline.config import Config
 from pipeline.errors import OutputExistsError
 from pipeline.exchange import FORMATS
@@ -20,6 +19,7 @@ from pipeline.growth.outlook import events_of, name_of
 from pipeline.model import ALLOMETRIC, Skeleton, TreeModel
 from pipeline.output import write_text
 from pipeline.report import report
+from pipeline.version import __version__
 from pipeline.view.graphics import NoGraphicsError
 from pipeline.view.years import box_of, draw_year, film
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from pipeline import __version__
 from pipeline.output import write_text
+from pipeline.version import __version__
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from pipeline import __version__
 from pipeline.errors import OutputError
 from pipeline.output import write_text
 from pipeline.regression.check import Check
 from pipeline.regression.drawing import drawn
 from pipeline.regression.nightly import Night, TreeNight
+from pipeline.version import __version__
 
 STATUSES = ("ok", "drift", "missing", "failed", "new")
 DRAWN = 3

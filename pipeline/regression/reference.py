@@ -12,13 +12,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pipeline import __version__
 from pipeline.config import Config, read_config
 from pipeline.errors import InputFormatError, InputMissingError
 from pipeline.exchange import FORMATS, read_model
 from pipeline.lsystem import encode, write_lsjson
 from pipeline.model import TreeModel
 from pipeline.output import write_text
+from pipeline.version import __version__
 
 VERSION = 1
 FILE = "reference.json"
