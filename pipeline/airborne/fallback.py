@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pipeline.airborne.allometry import AllometryOptions, Diameter, breast_height_diameter
-from pipeline.airborne.segmentation import AirborneTree
+from pipeline.airborne.tree import AirborneTree
 from pipeline.cylinders.allometry import LOG_ERROR, WITHIN_90
 from pipeline.errors import NotATreeError
 from pipeline.geometry.azimuth import MICROMETRE, STEM

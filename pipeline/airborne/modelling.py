@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from pipeline.airborne.fallback import BREAST_M, FallbackOptions, fallback, stem_line
 from pipeline.airborne.raster import Raster
-from pipeline.airborne.segmentation import AirborneTree
+from pipeline.airborne.tree import AirborneTree
 from pipeline.cloud import CleanOptions, clean
 from pipeline.cylinders import CylinderOptions, fit
 from pipeline.errors import PipelineError

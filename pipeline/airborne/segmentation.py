@@ -17,10 +17,12 @@ from scipy import ndimage
 from pipeline.airborne.canopy import canopy
 from pipeline.airborne.crowns import METHODS, CrownOptions
 from pipeline.airborne.ground import GROUND, Terrain, terrain
-from pipeline.airborne.outline import area, hull
 from pipeline.airborne.raster import STEPS, Grid, Mask, Raster, snapped
+from pipeline.airborne.tree import AirborneTree, Positions, Scene, described
 from pipeline.airborne.vegetation import VegetationOptions, vegetation
 from pipeline.model import Floats, PointCloud
+
+__all__ = ["AirborneTree", "SegmentationOptions", "Segmented", "segment"]
 
 BUILDING = 6
 PLANTS = (3, 4, 5)  # low, medium and high vegetation: believed
@@ -39,9 +41,6 @@ NOISE = (7, 18)
 NO_TERRAIN = (6, 7, 9, 14, 17, 18, 26)  # among these no filter looks for ground
 NEAR_BUILDING_M = 1.5
 FEWEST = 20  # a cloud of fewer points holds no tree
-FOOT_SHARE = 0.7  # of the height: the foot is sought under the upper crown, not under side branches
-
-Positions = NDArray[np.int64]
 
 
 class SegmentationOptions(VegetationOptions, CrownOptions):
@@ -66,41 +65,6 @@ class SegmentationOptions(VegetationOptions, CrownOptions):
 
 
 @dataclass(frozen=True, eq=False)
-class AirborneTree:
-    """One tree of a segmented cloud; coordinates are local to that cloud.
-
-    Parameters
-    ----------
-    points : (N,) array of int64
-        Its points, positions in the cloud, ascending.
-    apex : (3,) array of float64
-        Its highest point, in metres.
-    ground_z : float
-        Height of the terrain at the apex, in metres.
-    base : (2,) array of float64
-        Where the stem most likely stands, in metres.
-    crown : (K, 2) array of float64
-        Convex outline in plan, anticlockwise and not closed, in metres.
-    crown_area_m2, crown_diameter_m : float
-        Area of the outline, and the diameter of the circle of that area.
-    first_return_density : float
-        The tree's first returns on a square metre of its outline.
-    flags : tuple of str
-        Sorted: `near_building`, `no_ground`, `understory`.
-    """
-
-    points: Positions
-    apex: Floats
-    ground_z: float
-    base: Floats
-    crown: Floats
-    crown_area_m2: float
-    crown_diameter_m: float
-    first_return_density: float
-    flags: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
 class Segmented:
     """What an airborne cloud was found to hold.
 
@@ -117,19 +81,6 @@ class Segmented:
     trees: tuple[AirborneTree, ...]
     terrain: Raster
     vegetation: NDArray[np.bool_] = field(repr=False)
-
-
-@dataclass(frozen=True, eq=False)
-class _Scene:
-    """What every tree is described from."""
-
-    xyz: Floats
-    height: Floats
-    cells: NDArray[np.int32]
-    first_return: Mask
-    near_building: Mask
-    terrain: Terrain
-    shift: Floats
 
 
 def segment(
@@ -161,12 +112,12 @@ def segment(
         plants[:] = False
     cells = grid.cells(xyz)
     near = _widened(_occupied(cells[kinds == BUILDING], grid), NEAR_BUILDING_M / grid.cell_m)
-    scene = _Scene(
+    scene = Scene(
         xyz, height, cells, _attribute(cloud, "return_number") <= 1, near, soil, origin - cloud.origin
     )
     trees: list[AirborneTree] = []
     for members, flag in _members(scene, plants, grid, options):
-        trees.append(_described(scene, members, flag))
+        trees.append(described(scene, members, flag))
     trees.sort(key=lambda t: tuple(t.apex))
     raster = Raster(soil.raster.values + scene.shift[2], soil.raster.corner + scene.shift[:2], grid.cell_m)
     return Segmented(tuple(trees), raster, plants)
@@ -224,7 +175,7 @@ def _widened(mask: Mask, cells: float) -> Mask:
 
 
 def _members(
-    scene: _Scene, plants: Mask, grid: Grid, options: SegmentationOptions
+    scene: Scene, plants: Mask, grid: Grid, options: SegmentationOptions
 ) -> list[tuple[Positions, tuple[str, ...]]]:
     """Return the points of every tree, and the flag of the pass that found it."""
     found, left = _one_pass(scene, np.flatnonzero(plants), grid, options)
@@ -251,7 +202,7 @@ def _gap(height: Floats) -> float:
 
 
 def _one_pass(
-    scene: _Scene, plants: Positions, grid: Grid, options: SegmentationOptions
+    scene: Scene, plants: Positions, grid: Grid, options: SegmentationOptions
 ) -> tuple[list[Positions], Positions]:
     """Return the points of every tree of a canopy, and those that belong to none."""
     chm = canopy(scene.height[plants], scene.cells[plants], grid, options.smooth_cells)
@@ -266,48 +217,3 @@ def _one_pass(
     left = [g for g, t in zip(groups, tops, strict=True) if t < 0 or len(g) < options.min_points]
     kept = [g for g, t in zip(groups, tops, strict=True) if t >= 0 and len(g) >= options.min_points]
     return kept, np.concatenate([*left, np.empty(0, np.int64)]).astype(np.int64)
-
-
-def _described(scene: _Scene, points: Positions, found_as: tuple[str, ...]) -> AirborneTree:
-    """Describe the tree of some points."""
-    xyz = scene.xyz[points]
-    apex = _apex(xyz)
-    outline = hull(xyz[:, :2])
-    raster = scene.terrain.raster
-    ground_z = float(raster.at(apex[None, :2])[0])
-    size = area(outline)
-    flags = set(found_as)
-    if scene.near_building[scene.cells[points]].any():
-        flags.add("near_building")
-    col, row = np.floor((apex[:2] - raster.corner) / raster.cell_m).astype(int)
-    if scene.terrain.found[row, col]:
-        flags.add("no_ground")
-    firsts = int(np.count_nonzero(scene.first_return[points]))
-    return AirborneTree(
-        points,
-        apex + scene.shift,
-        ground_z + float(scene.shift[2]),
-        _base(xyz, scene.height[points], apex) + scene.shift[:2],
-        outline + scene.shift[:2],
-        size,
-        float(np.sqrt(4 * size / np.pi)),
-        firsts / size if size > 0 else 0.0,
-        tuple(sorted(flags)),
-    )
-
-
-def _apex(xyz: Floats) -> Floats:
-    """(3,) highest point; of several the westernmost, then the southernmost."""
-    tops = xyz[xyz[:, 2] == xyz[:, 2].max()]
-    return np.asarray(tops[np.lexsort((tops[:, 1], tops[:, 0]))[0]] if len(tops) > 1 else tops[0])
-
-
-def _base(xyz: Floats, height: Floats, apex: Floats) -> Floats:
-    """Plan position of the stem's foot: halfway from the apex to the middle of the upper crown.
-
-    The apex of a broad crown lies anywhere on it, the middle of a small one is drawn to its sunny side.
-    """
-    upper = xyz[height >= FOOT_SHARE * height.max(), :2]
-    half = (len(upper) - 1) // 2
-    middle = np.partition(upper, half, axis=0)[half]
-    return np.asarray((middle + apex[:2]) / 2.0)

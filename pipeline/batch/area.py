@@ -22,7 +22,9 @@ class Area:
 
     def meets(self, cell: Cell) -> bool:
         """Return whether a cell's core has a part in the area."""
-        return bool(self.shape.intersects(_package("shapely").box(*cell.core)))
+        shapely = _package("shapely")
+        shapely.prepare(self.shape)  # once: the outline of a country has many corners
+        return bool(shapely.intersects(self.shape, shapely.box(*cell.core)))
 
     @property
     def text(self) -> str:

@@ -17,7 +17,8 @@ import numpy as np
 from pipeline.airborne.grid import Cell
 from pipeline.airborne.modelling import Stages, model_tree, near_stems
 from pipeline.airborne.raster import Raster
-from pipeline.airborne.segmentation import AirborneTree, Segmented, segment
+from pipeline.airborne.segmentation import Segmented, segment
+from pipeline.airborne.tree import AirborneTree
 from pipeline.batch.rows import Survey, row, table, tree_ids
 from pipeline.cityjson import SeqWriter
 from pipeline.cloud import read_cloud

@@ -10,8 +10,10 @@ from importlib import import_module
 from typing import Any
 
 from pipeline.batch.extra import missing
-from pipeline.errors import InputMissingError
+from pipeline.batch.tasks import version_there
+from pipeline.errors import InputMissingError, UsageError
 from pipeline.jobs.crew import one_thread
+from pipeline.version import __version__
 
 CONNECT_S = 10
 """How long a scheduler may take to answer."""
@@ -54,6 +56,8 @@ def cluster(
         If Dask is not installed.
     InputMissingError
         If nobody answers at `scheduler`.
+    UsageError
+        If its workers have another version.
     """
     one_thread()
     _quiet()
@@ -77,9 +81,28 @@ def _theirs(distributed: Any, address: str) -> Iterator[tuple[Any, str]]:
         msg = f"--scheduler {address}: nobody answers there; start `dask scheduler` and `dask worker`"
         raise InputMissingError(msg) from error
     try:
+        _check_versions(client, address)
         yield client, client.dashboard_link
     finally:
         client.close(timeout=CONNECT_S)
+
+
+def _check_versions(client: Any, address: str) -> None:
+    """Make sure that the workers that are there can read their tasks: otherwise they would never answer.
+
+    Raises
+    ------
+    UsageError
+        If one of them lacks this version, or something that it needs.
+    """
+    for worker, told in sorted(client.run(version_there, on_error="return").items()):
+        if told != __version__:
+            lacks = f"has version {told}" if isinstance(told, str) else f"cannot load it ({told})"
+            msg = (
+                f"--scheduler {address}: the worker {worker} {lacks}, but this is treepipe {__version__}; "
+                'install the same version on all machines with `pip install "treepipe[batch]"`'
+            )
+            raise UsageError(" ".join(msg.split()))
 
 
 def _load_once(distributed: Any) -> None:

@@ -239,9 +239,8 @@ class Dispatch:
             error = outcome.error or f"{piece.tile.path}: exploding it ends its worker"
             for root in roots:
                 for cell in sorted(self.open.get(root, ())):
-                    self.ledger.quarantine(
-                        cell, root, "tile", Outcome("failed", error=error, trace=outcome.trace)
-                    )
+                    told = Outcome("failed", error=error, trace=outcome.trace)
+                    self.ledger.quarantine(cell, root, "tile", told, tile=piece.tile.path)
         for root in roots:
             self.waiting[root].discard(piece.name)
             self._ready_if_complete(root)

@@ -13,7 +13,8 @@ from pathlib import Path
 from time import perf_counter, sleep
 from typing import Any
 
-from pipeline.batch import folder
+from pipeline.airborne.grid import Cell
+from pipeline.batch import folder, quarantine
 from pipeline.batch.cluster import cluster
 from pipeline.batch.dispatch import Dispatch
 from pipeline.batch.plan import Plan
@@ -82,7 +83,20 @@ def run_batch(
             folder.sweep(job.out)
         if not run.progress.quarantined and plan.only is None:
             shutil.rmtree(job.points, ignore_errors=True)
-        return _summary(job.out, run.progress, {**plan.failures, **_treeless(plan, run.progress)})
+        held = _held(job.out, plan)
+        broken = {str(facts["tile"]): str(facts["error"]) for facts in held if facts.get("tile")}
+        failures = {**plan.failures, **broken, **_treeless(plan, run.progress)}
+        return _summary(job.out, run.progress, failures, held)
+
+
+def _held(out: Path, plan: Plan) -> list[dict[str, Any]]:
+    """Return what is known of the plan's cells that are quarantined."""
+    cells = quarantine.quarantined(out)
+    return [
+        {"cell": name, **{key: facts.get(key) for key in ("reason", "error", "tile")}}
+        for name, facts in cells.items()
+        if plan.only is None or plan.only.covers(Cell.named(name))
+    ]
 
 
 def _treeless(plan: Plan, progress: Progress) -> dict[str, str]:
@@ -104,11 +118,13 @@ def _let_end(job: Job) -> None:
 def write_nothing(out: Path, failures: Mapping[str, str]) -> None:
     """Write the summary of a run whose tiles all failed, unless there are results."""
     if not (out / "summary.json").exists():
-        _summary(out, Progress(), failures)
+        _summary(out, Progress(), failures, [])
 
 
-def _summary(out: Path, progress: Progress, failures: Mapping[str, str]) -> dict[str, Any]:
+def _summary(
+    out: Path, progress: Progress, failures: Mapping[str, str], held: list[dict[str, Any]]
+) -> dict[str, Any]:
     failed = [{"path": path, "error": error} for path, error in failures.items()]
-    summary = progress.summary() | {"failed": failed}
+    summary = progress.summary() | {"failed": failed, "quarantine": held}
     write_text(out / "summary.json", json.dumps(summary, indent=2, ensure_ascii=False) + "\n")
     return summary

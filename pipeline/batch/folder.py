@@ -33,7 +33,8 @@ def locked(out: Path) -> Iterator[None]:
         out.mkdir(parents=True, exist_ok=True)
         stream = (out / ".lock").open("w")
     except OSError as error:
-        msg = f"{out}: no folder can be made there ({error.strerror}); choose another one with --out"
+        why = error.strerror
+        msg = f"{out}: cannot be written ({why}); make it writable, or choose another folder with --out"
         raise OutputError(msg) from error
     with stream:
         try:

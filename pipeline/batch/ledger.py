@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import shutil
+from pathlib import Path
 
 from pipeline.airborne.grid import Cell, split
 from pipeline.batch import folder, manifests, quarantine
@@ -41,6 +42,10 @@ class Ledger:
                     self.progress.count(manifest, fresh=False)
                 elif cell.name in held:
                     self.progress.quarantined += 1
+                    if not held[cell.name].get("tile"):  # those are told by their tile
+                        LOGGER.error(
+                            "cell %s: still quarantined; %s", cell.name, held[cell.name].get("error")
+                        )
                 else:
                     still.setdefault(root, set()).add(cell)
         return still
@@ -81,14 +86,17 @@ class Ledger:
         self.open[root].update(quarters)
         return quarters
 
-    def quarantine(self, cell: Cell, root: Cell, reason: str, outcome: Outcome) -> None:
-        """Give a cell up, and tell why."""
+    def quarantine(
+        self, cell: Cell, root: Cell, reason: str, outcome: Outcome, *, tile: Path | None = None
+    ) -> None:
+        """Give a cell up, and tell why: at once, or with its tile at the end."""
         error = outcome.error or f"it ended {len(outcome.deaths)} workers"
         quarantine.put(
             self.job.out,
             cell,
             reason,
             error=error,
+            tile=tile and str(tile),
             trace=outcome.trace,
             attempts=len(outcome.deaths) or 1,
             config_hash=self.plan.config_hash,
@@ -96,7 +104,7 @@ class Ledger:
         )
         shutil.rmtree(self.job.out / "cells" / cell.name, ignore_errors=True)
         self.progress.quarantined += 1
-        LOGGER.error("cell %s: quarantined; %s", cell.name, error)
+        LOGGER.log(logging.INFO if tile else logging.ERROR, "cell %s: quarantined; %s", cell.name, error)
         self._close(cell, root, drop=False)
 
     def _close(self, cell: Cell, root: Cell, *, drop: bool = True) -> None:

@@ -15,7 +15,7 @@ from pipeline.batch.merging.database import without_password
 from pipeline.batch.merging.fieldlist import Stem, read_stems
 from pipeline.batch.merging.finished import TABLE, FinishedCell, crs_of, finished_cells, trees_in_order
 from pipeline.batch.merging.postgis import PostgisOptions, load
-from pipeline.batch.merging.statistics import Statistics, to_csv, to_json
+from pipeline.batch.merging.statistics import Statistics, to_csv, to_json, to_table
 from pipeline.batch.merging.stems import Joined, join
 from pipeline.formats import geoparquet
 from pipeline.output import write_text
@@ -80,7 +80,7 @@ def merge(  # noqa: PLR0913 (what the command says, each by its name)
     write_text(out / "statistics.json", to_json(rows))
     write_text(out / "statistics.csv", to_csv(rows))
     package = gpkg or out / "trees.gpkg"
-    geopackage.write(table, told.table(), package, crs=crs)
+    geopackage.write(table, to_table(rows), package, crs=crs)
     files = [table, out / "statistics.json", out / "statistics.csv", package]
     files += maps.write(table, out, crs=crs, cells=places) if drawn else []
     if stems:

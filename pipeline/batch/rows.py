@@ -12,7 +12,7 @@ import numpy as np
 
 from pipeline.airborne.inventory import COLUMNS, ORDERS
 from pipeline.airborne.modelling import Modelled
-from pipeline.airborne.segmentation import AirborneTree
+from pipeline.airborne.tree import AirborneTree
 from pipeline.batch.columns import arrow_schema
 from pipeline.formats.geoparquet import arrow, points_wkb
 from pipeline.model import Floats, PointCloud, TreeModel

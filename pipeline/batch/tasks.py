@@ -17,6 +17,7 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal
 
@@ -29,6 +30,7 @@ from pipeline.batch.gather import Sources, gather
 from pipeline.cloud.parts import Frame
 from pipeline.errors import OutputError, PipelineError
 from pipeline.output import write_text
+from pipeline.version import __version__
 
 WIDEST_M = 1000.0
 """Cells with a wider core are split: rasters take 215 bytes a square metre, points 97 each."""
@@ -196,6 +198,12 @@ def lost(claims: Path) -> tuple[tuple[str, int], ...]:
         except (OSError, ValueError, LookupError):  # half written by a process that died there
             found.append(("", 0))
     return tuple(found)
+
+
+def version_there() -> str:
+    """Return the version that a worker has, if it can load what does a cell."""
+    import_module("pipeline.batch.cell")
+    return __version__
 
 
 def worker_address() -> str:

@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull
 
 from pipeline.airborne.modelling import Stages
 from pipeline.airborne.raster import Raster
-from pipeline.airborne.segmentation import AirborneTree
+from pipeline.airborne.tree import AirborneTree
 from pipeline.config import read_config
 from pipeline.model import PointCloud
 

@@ -15,7 +15,8 @@ from scipy.spatial import ConvexHull
 from pipeline.airborne.grid import Cell
 from pipeline.airborne.inventory import COLUMNS
 from pipeline.airborne.raster import Raster
-from pipeline.airborne.segmentation import AirborneTree, Segmented
+from pipeline.airborne.segmentation import Segmented
+from pipeline.airborne.tree import AirborneTree
 from pipeline.batch import cell as cells
 from pipeline.batch.cell import CellTask, work_cell
 from pipeline.cloud.parts import RECORD, Frame, Lattice, append, finish_part, start_part

@@ -14,14 +14,15 @@ from pathlib import Path
 import pytest
 
 from pipeline.airborne.grid import Cell, GridOptions
-from pipeline.batch import engine, quarantine
+from pipeline.batch import cluster, engine, quarantine
 from pipeline.batch.dispatch import ClusterLostError
 from pipeline.batch.engine import run_batch
+from pipeline.batch.tasks import version_there
 from pipeline.errors import InputMissingError, OutputError, UsageError
 from tests.batch.stubs import job_of, listing, make_tile, plan_of
 from tests.batch.workerless import Given
 
-pytest.importorskip("distributed", reason="needs the extra batch")
+distributed = pytest.importorskip("distributed", reason="needs the extra batch")
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 KILLER = "121050_487000_50"
@@ -85,6 +86,17 @@ def abroad(tmp_path_factory):
     """Give a cluster that is there already; each test may break it in the end."""
     with dask_processes(tmp_path_factory.mktemp("abroad")) as processes:
         yield processes
+
+
+def test_workers_of_another_version_are_told_before_any_work(tiles, abroad, tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster, "__version__", "99.0")
+    with distributed.Client(abroad.address, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=60)
+    out = tmp_path / "out"
+    plan = plan_of(*tiles)
+    with pytest.raises(UsageError, match=r"worker tcp://.* has version .* treepipe 99.0; install the same"):
+        run_batch(plan, job_of(plan, out), scheduler=abroad.address)
+    assert not list(out.glob("cells/*"))
 
 
 def test_a_worker_that_is_killed_costs_nothing(tiles, expected, abroad, tmp_path):
@@ -174,6 +186,16 @@ def test_one_cell_alone_and_a_quarter_of_it(tiles, expected, tmp_path, monkeypat
     assert listing(tmp_path) == {key: value for key, value in expected.items() if key.split("/")[1] == name}
     with pytest.raises(UsageError, match="no cell of these tiles"):
         plan.restricted("0_0_50")
+
+
+def test_a_worker_that_cannot_load_its_work_is_told():
+    class Client:
+        def run(self, function, on_error):
+            assert (function, on_error) == (version_there, "return")
+            return {"tcp://b:1": version_there(), "tcp://a:1": Exception("No module named 'pipeline'")}
+
+    with pytest.raises(UsageError, match=r"worker tcp://a:1 cannot load it \(No module named 'pipeline'\)"):
+        cluster._check_versions(Client(), "tcp://s:1")
 
 
 def test_no_scheduler_is_a_sentence(tiles, tmp_path, monkeypatch):

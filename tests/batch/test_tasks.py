@@ -151,7 +151,43 @@ def test_a_tile_that_breaks_in_the_middle_fails_its_cells(tile, tmp_path):
     through(plan, job_of(plan, out), Client())
     held = quarantine.quarantined(out)
     assert {facts["reason"] for facts in held.values()} == {"tile"}
+    assert {facts["tile"] for facts in held.values()} == {str(tile)}
     assert len(held) == 4
+
+
+def test_the_summary_tells_the_broken_tile_once_and_every_cell(tile, tmp_path, monkeypatch, caplog):
+    monkeypatch.setattr(engine, "cluster", Given)
+    plan = plan_of(tile)
+    tile.write_bytes(tile.read_bytes()[: tile.stat().st_size * 2 // 3])
+    out = tmp_path / "out"
+    for _ in range(2):  # and again when nothing is left to do
+        summary = run_batch(plan, job_of(plan, out))
+        assert summary["done"] + summary["quarantined"] == summary["planned"] == 4
+        (failed,) = summary["failed"]
+        assert failed["path"] == str(tile)
+        assert "copy or export it again" in failed["error"]
+        assert {one["cell"] for one in summary["quarantine"]} == {cell.name for cell in plan.cells}
+        assert json.loads((out / "summary.json").read_text()) == summary
+    ours = [record for record in caplog.records if record.name == "treepipe"]
+    assert not [one for one in ours if one.levelname == "ERROR"], "the command tells it"
+
+
+def test_a_cell_in_quarantine_is_told_by_every_run(tile, tmp_path, monkeypatch, caplog):
+    monkeypatch.setattr(engine, "cluster", Given)
+    plan = plan_of(tile)
+    lines = []
+    for _ in range(2):
+        summary = run_batch(plan, job_of(plan, tmp_path / "out", fails=[CORNER]))
+        (held,) = summary["quarantine"]
+        assert (held["cell"], held["reason"], summary["failed"]) == (CORNER, "failed", [])
+        lines += [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
+        caplog.clear()
+    first, again = lines
+    assert f"cell {CORNER}: quarantined" in first
+    assert f"cell {CORNER}: still quarantined" in again
+    assert "the stub was told to fail" in again
+    alone = run_batch(plan.restricted(plan.cells[1].name), job_of(plan, tmp_path / "out"))
+    assert (alone["quarantined"], alone["quarantine"]) == (0, [])
 
 
 def test_a_cell_that_is_wider_than_rasters_may_be_is_split_before_it_is_read(tile, tmp_path):

@@ -1,13 +1,14 @@
 """Cells that are done, and their trees in one order: that of their names.
 
-Cells are read in the order of their first tree; what is held is the rows of cells whose names
-interleave, a column of cells from south to north, however many cells there are.
+Cells are read in the order of their first tree; what is held is at most twice the rows of cells whose
+names interleave, a column of cells from south to north, however many cells there are.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from bisect import bisect_left, insort
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,9 @@ from pipeline.formats.geoparquet import arrow
 
 TABLE = "trees.parquet"
 MANIFEST = "manifest.json"
+
+MOST_TABLES = 500
+"""Tables that wait to be put in order: one of a few trees takes 50 kB."""
 
 
 @dataclass(frozen=True)
@@ -52,17 +56,45 @@ def finished_cells(out: Path) -> tuple[FinishedCell, ...]:
         msg = f"{out}: holds no cell that is done; run `treepipe batch TILE... --out {out}` first"
         raise InputMissingError(msg)
     cells = sorted((_cell(path) for path in manifests), key=lambda one: one.cell)
-    for k, one in enumerate(cells):
-        for other in cells[k + 1 :]:
-            if other.cell.x0 >= one.cell.core[2]:
-                break
-            if other.cell.y0 < one.cell.core[3] and one.cell.y0 < other.cell.core[3]:
-                msg = (
-                    f"{other.folder}: lies over {one.folder}, so that its trees would be there twice; "
-                    "remove the folder of the one that is out of date"
-                )
-                raise InputFormatError(msg)
+    for one, other in overlaps(cells):
+        msg = (
+            f"{other.folder}: lies over {one.folder}, so that its trees would be there twice; "
+            "remove the folder of the one that is out of date"
+        )
+        raise InputFormatError(msg)
     return tuple(cells)
+
+
+def overlaps(cells: Iterable[FinishedCell]) -> Iterator[tuple[FinishedCell, FinishedCell]]:
+    """Yield pairs of cells that lie over each other; an earlier cell is in one pair at most.
+
+    Parameters
+    ----------
+    cells : iterable of FinishedCell
+        By x, then y.
+
+    Notes
+    -----
+    A line sweeps from west to east. The cells that it crosses lie apart and are kept from south to north,
+    so that a new cell is compared with its neighbours only, and not with all of them.
+    """
+    crossed: list[tuple[float, FinishedCell]] = []
+    for one in cells:
+        west, south, _, north = one.cell.core
+        at = max(0, bisect_left(crossed, south, key=_south) - 1)
+        while at < len(crossed) and crossed[at][0] < north:
+            other = crossed[at][1]
+            if other.cell.core[2] > west and other.cell.core[3] > south:
+                yield other, one
+            if other.cell.core[2] <= west or other.cell.core[3] > south:
+                del crossed[at]
+            else:
+                at += 1
+        insort(crossed, (south, one), key=_south)
+
+
+def _south(crossed: tuple[float, FinishedCell]) -> float:
+    return crossed[0]
 
 
 def crs_of(cells: Sequence[FinishedCell]) -> str | None:
@@ -94,16 +126,19 @@ def trees_in_order(cells: Sequence[FinishedCell]) -> Iterator[Any]:
         If a table is damaged or of another version, or a tree is there twice.
     """
     firsts = sorted((first, one.table) for one in cells if (first := _first(one.table)) is not None)
-    pa, compute = arrow(), arrow("pyarrow.compute")
-    pool, last = arrow_schema(COLUMNS).empty_table(), None
+    waiting: list[Any] = []
+    fresh, left, last = 0, 0, None
     for k, (_, path) in enumerate(firsts):
-        pool = pa.concat_tables([pool, read_cell(path)])
+        waiting.append(read_cell(path))
+        fresh += len(waiting[-1])
         following = firsts[k + 1][0] if k + 1 < len(firsts) else None
-        before = None if following is None else compute.less(pool["tree_id"], following)
-        if before is not None and (compute.sum(before).as_py() or 0) < geoparquet.ROW_GROUP:
+        small = fresh < max(geoparquet.ROW_GROUP, left) and len(waiting) < MOST_TABLES
+        if following is not None and small:
+            continue  # all that wait are looked through when they have doubled, not with every cell
+        ready, rest = _before(arrow().concat_tables(waiting), following)
+        waiting, fresh, left = [rest], 0, len(rest)
+        if not len(ready):
             continue
-        ready = pool if before is None else pool.filter(before)
-        pool = pool.slice(0, 0) if before is None else pool.filter(compute.invert(before))
         ready = ready.sort_by("tree_id").combine_chunks()
         _check_single(ready["tree_id"].to_pylist(), last, path)
         last = ready["tree_id"][-1].as_py()
@@ -143,6 +178,15 @@ def _first(path: Path) -> str | None:
     names = geoparquet.read(path, ["tree_id"])["tree_id"]
     first: str | None = arrow("pyarrow.compute").min(names).as_py()
     return first
+
+
+def _before(trees: Any, name: str | None) -> tuple[Any, Any]:
+    """Part trees into those before a name and the others; all of them are before None."""
+    if name is None:
+        return trees, trees.slice(0, 0)
+    compute = arrow("pyarrow.compute")
+    before = compute.less(trees["tree_id"], name)
+    return trees.filter(before), trees.filter(compute.invert(before)).combine_chunks()
 
 
 def _check_single(names: list[str], last: str | None, path: Path) -> None:

@@ -172,10 +172,15 @@ def _stage(cursor: Any, table: Path) -> None:
 
 def _tell_done(cursor: Any, cells: Sequence[tuple[Cell, str | None]]) -> None:
     """Write the cells that are done, and their editions, to a table that is gone with the transaction."""
-    corners = "x0 float8, y0 float8, x1 float8, y1 float8"
-    cursor.execute(f"CREATE TEMP TABLE {DONE} ({corners}, edition text) ON COMMIT DROP")
-    rows = [(*cell.core, edition) for cell, edition in cells]
-    cursor.executemany(f"INSERT INTO {DONE} VALUES (%s, %s, %s, %s, %s)", rows)
+    corner = "x0 float8, y0 float8, size_m float8"
+    cursor.execute(f"CREATE TEMP TABLE {DONE} ({corner}, edition text) ON COMMIT DROP")
+    rows = [(cell.x0, cell.y0, cell.size_m, edition) for cell, edition in cells]
+    cursor.executemany(f"INSERT INTO {DONE} VALUES (%s, %s, %s, %s)", rows)
+    cursor.execute(
+        f"INSERT INTO {DONE} SELECT x0, y0, size_m, seen.edition FROM {DONE} AS done, "
+        f"(SELECT DISTINCT edition FROM {STAGE}) AS seen WHERE done.edition IS NULL"
+    )
+    cursor.execute(f"DELETE FROM {DONE} WHERE edition IS NULL")
     cursor.execute(f"ANALYZE {DONE}")
 
 
@@ -198,13 +203,16 @@ def _hexadecimal(column: Any) -> Any:
 
 
 def _put(cursor: Any, name: str, srid: int) -> Loaded:
-    """Replace what is there by the stage."""
+    """Replace what is there by the stage.
+
+    A tree finds its cell by the corner, which is a multiple of the cell's size: it is not compared with all.
+    """
     cursor.execute(f"LOCK TABLE {name} IN SHARE ROW EXCLUSIVE MODE")
     cursor.execute(
-        f"DELETE FROM {name} AS old USING {DONE} AS done "
-        "WHERE old.apex_x >= done.x0 AND old.apex_x < done.x1 "
-        "AND old.apex_y >= done.y0 AND old.apex_y < done.y1 AND (old.edition = done.edition OR "
-        f"done.edition IS NULL AND old.edition IN (SELECT edition FROM {STAGE})) "
+        f"DELETE FROM {name} AS old USING (SELECT DISTINCT size_m FROM {DONE}) AS grid, {DONE} AS done "
+        "WHERE done.size_m = grid.size_m AND done.edition = old.edition "
+        "AND done.x0 = floor(old.apex_x / grid.size_m) * grid.size_m "
+        "AND done.y0 = floor(old.apex_y / grid.size_m) * grid.size_m "
         f"AND NOT EXISTS (SELECT 1 FROM {STAGE} AS new WHERE new.tree_id = old.tree_id)"
     )
     removed = cursor.rowcount

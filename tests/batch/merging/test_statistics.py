@@ -14,7 +14,7 @@ import shapely
 from pipeline.airborne.grid import Cell
 from pipeline.batch.columns import completed
 from pipeline.batch.merging.areas import Areas, of_cells, read_areas, within_cells
-from pipeline.batch.merging.statistics import STATISTICS, Statistics, to_csv, to_json
+from pipeline.batch.merging.statistics import STATISTICS, Statistics, to_csv, to_json, to_table
 from pipeline.errors import InputFormatError, InputMissingError
 from pipeline.formats.geoparquet import arrow
 from tests.batch.merging.fakes import cell_table
@@ -139,4 +139,4 @@ def test_the_texts_say_the_same(three):
     assert held["units"]["dbh_cm_p95"] == "cm"
     read = list(csv.DictReader(io.StringIO(to_csv(rows))))
     assert [row["height_m_mean"] for row in read] == [str(row["height_m_mean"]) for row in rows]
-    assert told.table().column_names == [column.name for column in STATISTICS]
+    assert to_table(rows).column_names == [column.name for column in STATISTICS]
