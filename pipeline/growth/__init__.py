@@ -4,9 +4,10 @@
 |---|---|
 | `options` | all parameters |
 | `state` | the metamers: a piece of stem with two buds each |
-| `simulation` | a year's growth, cuts, supports, the log |
+| `simulation`, `log` | a year's growth, cuts, supports; what is told of them |
 | `light`, `pyramid` | light by shadow: a grid of voxels that wood above darkens |
-| `markers`, `jitter`, `views`, `claims` | light by space: markers claimed by the nearest bud that sees them |
+| `markers`, `jitter` | light by space: a grid of markers, one anywhere in each cell |
+| `columns`, `views`, `claims` | the markers that buds see; each goes to the nearest of them |
 | `poles` | parameters that would grow no branches |
 | `lattice` | the grid of both |
 | `sight` | what either tells of every bud |
@@ -16,17 +17,15 @@
 | `shedding`, `widths` | branches that die, wood that thickens |
 """
 
+from pipeline.growth.log import Entry, Removal, YearReport
 from pipeline.growth.options import GrowthOptions
 from pipeline.growth.poles import bare_pole
 from pipeline.growth.shade import Shade
 from pipeline.growth.simulation import (
     BarePoleWarning,
-    Entry,
     Event,
     Growth,
-    Removal,
     Support,
-    YearReport,
     grow,
 )
 from pipeline.growth.state import DAMAGED, DORMANT, GROWN, Metamers

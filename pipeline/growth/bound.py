@@ -7,7 +7,6 @@ from typing import NamedTuple
 from pipeline.geometry.compiled import compiled
 from pipeline.growth.options import LimitOptions
 from pipeline.growth.state import Metamers
-from pipeline.model import Floats
 
 KINDS = ("none", "box", "cylinder", "ellipsoid")
 
@@ -16,7 +15,7 @@ class Limits(NamedTuple):
     """The kind of the shape (its place in `KINDS`), the foot, and half axes and base of the shape, metres."""
 
     kind: int
-    foot: Floats
+    foot: tuple[float, float, float]
     half: tuple[float, float, float]
     base: float
 
@@ -24,11 +23,12 @@ class Limits(NamedTuple):
 def limits_of(tree: Metamers, options: LimitOptions) -> Limits:
     """Return the shape that options describe, over the foot of a tree."""
     half = (options.bound_width_m / 2.0, options.bound_depth_m / 2.0, options.bound_height_m / 2.0)
-    return Limits(KINDS.index(options.bound), tree.end[0].copy(), half, options.bound_base_m)
+    x, y, z = tree.end[0].tolist()
+    return Limits(KINDS.index(options.bound), (x, y, z), half, options.bound_base_m)
 
 
 @compiled
-def is_within(point: Floats, limits: Limits) -> bool:
+def is_within(point: tuple[float, float, float], limits: Limits) -> bool:
     """Whether a point is above the ground and in the shape, or around the stem below it."""
     x, y, z = point[0] - limits.foot[0], point[1] - limits.foot[1], point[2] - limits.foot[2]
     if z < 0.0:

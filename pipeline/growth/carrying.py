@@ -14,9 +14,10 @@ from pipeline.geometry.compiled import compiled
 from pipeline.growth.allocation import gather
 from pipeline.growth.carried import carried
 from pipeline.growth.conversion import converted
+from pipeline.growth.log import YearReport
 from pipeline.growth.options import GrowthOptions
 from pipeline.growth.shade import Shade
-from pipeline.growth.simulation import Event, Growth, YearReport
+from pipeline.growth.simulation import Event, Growth
 from pipeline.growth.state import Mask
 from pipeline.model import Floats, Ints, TreeModel
 

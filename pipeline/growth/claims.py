@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.geometry.compiled import compiled
+from pipeline.growth.columns import Space
 from pipeline.growth.state import Mask
-from pipeline.growth.views import BudPlaces, Met, Space, Views, look
+from pipeline.growth.views import BudPlaces, Met, Views, look
 from pipeline.model import Floats, Ints
 
 MOST_KEPT = 20_000_000
 """Rows of what buds see that are kept, a quarter of a gigabyte; buds beyond them look anew every year."""
+ALL = 1 << 62
+"""More rows than there can be."""
 
 
 @compiled
@@ -24,40 +27,47 @@ def claim(
     metamer in turn; and what they see, and the markers.
     """
     count = len(buds[0])
-    number = np.zeros(2 * count + 1, dtype=np.int32)
-    for b in range(2 * count):
-        i, side = b // 2, b % 2
-        if not (waits[1][i] if side else waits[0][i]):
-            continue
-        begin, size = views.start[b], views.size[b]
-        if begin < 0:
-            views, met, size = look((buds[0][i], buds[2][i] if side else buds[1][i]), space, views, met)
-            begin = views.used
-            if begin + size <= MOST_KEPT:
-                views.start[b], views.size[b] = begin, size
-                views = Views(views.marker, views.square, begin + size, views.start, views.size)
-        take(b, (begin, size), first, views, met.held, number)
+    number, waiting = np.zeros(2 * count + 1, dtype=np.int32), np.zeros(2 * count, dtype=np.bool_)
+    waiting[::2], waiting[1::2] = waits
+    views, met = look(np.flatnonzero(waiting & (views.start < 0)), MOST_KEPT, buds, space, (views, met))
+    bud = take((0, 2 * count), waiting, first, views, met.held, number)
+    while bud < 2 * count:
+        used = views.used
+        views, met = look(np.full(1, bud), ALL, buds, space, (views, met))
+        take((bud, bud + 1), waiting, first, views, met.held, number)
+        views.start[bud] = -1
+        views = Views(views.marker, views.square, used, views.start, views.size)
+        bud = take((bud + 1, 2 * count), waiting, first, views, met.held, number)
     return number[:-1], views, met
 
 
 @compiled
-def take(bud: int, rows: tuple[int, int], first: int, views: Views, held: Floats, number: Ints) -> None:
-    """Give a bud the free markers that it sees and no nearer bud has.
+def take(buds: tuple[int, int], waiting: Mask, first: int, views: Views, held: Floats, number: Ints) -> int:
+    """Give buds, from one up to another, the free markers that they see and no nearer bud has.
 
-    Without a branch, as it could be foretold for none of them: what is not lost by anybody is taken from the
-    last place of `number`, which means nothing.
+    Stops before a bud of which is not known what it sees, and tells it. Without a branch for a marker, as it
+    could be foretold for none of them: what is not lost by anybody is taken from the last place of `number`,
+    which means nothing.
     """
-    got, mine, nobody = 0, float(first + bud), len(number) - 1
-    for m in range(rows[0], rows[0] + rows[1]):
-        marker, square = views.marker[m], views.square[m]
-        had, near = held[marker, 0], held[marker, 1]
-        free = had < first
-        wins = free | (square < near)
-        number[int(had) - first if wins & (not free) else nobody] -= 1
-        held[marker, 0] = mine if wins else had
-        held[marker, 1] = square if wins else near
-        got += int(wins)
-    number[bud] += got
+    markers, squares, start, size = views.marker, views.square, views.start, views.size
+    nobody = len(number) - 1
+    for bud in range(buds[0], buds[1]):
+        if not waiting[bud]:
+            continue
+        if start[bud] < 0:
+            return bud
+        got, mine = 0, float(first + bud)
+        for m in range(start[bud], start[bud] + size[bud]):
+            marker, square = markers[m], squares[m]
+            had, near = held[marker, 0], held[marker, 1]
+            free = had < first
+            wins = free | (square < near)
+            number[int(had) - first if wins & (not free) else nobody] -= 1
+            held[marker, 0] = mine if wins else had
+            held[marker, 1] = square if wins else near
+            got += int(wins)
+        number[bud] += got
+    return buds[1]
 
 
 @compiled
@@ -68,19 +78,27 @@ def middles(
     metamer, is_lateral = which
     out = np.zeros((len(metamer), 3))
     for b in range(len(metamer)):
-        i = metamer[b]
-        bud, ahead = (2 * i + 1, buds[2][i]) if is_lateral[b] else (2 * i, buds[1][i])
-        begin, size = views.start[bud], views.size[bud]
-        if begin < 0:
-            views, met, size = look((buds[0][i], ahead), space, views, met)
-            begin = views.used
-        for m in range(begin, begin + size):
-            marker = views.marker[m]
-            if met.held[marker, 0] == first + bud:
-                far = np.sqrt(met.held[marker, 1])
-                for c in range(3):
-                    out[b, c] += (met.place[marker, c] - buds[0][i, c]) / far
-        length = np.sqrt((out[b] * out[b]).sum())
-        if length > 1e-9:
-            out[b] /= length
+        bud, at, used = 2 * metamer[b] + int(is_lateral[b]), buds[0][metamer[b]], views.used
+        is_new = views.start[bud] < 0
+        if is_new:
+            views, met = look(np.full(1, bud), ALL, buds, space, (views, met))
+        rows = slice(views.start[bud], views.start[bud] + views.size[bud])
+        add_ways(views.marker[rows], float(first + bud), at, met, out[b])
+        if is_new:
+            views.start[bud] = -1
+            views = Views(views.marker, views.square, used, views.start, views.size)
     return out
+
+
+@compiled
+def add_ways(markers: Ints, bud: float, at: Floats, met: Met, out: Floats) -> None:
+    """Write the unit vector to the middle of those markers that a bud has."""
+    held, place = met.held, met.place
+    for marker in markers:
+        if held[marker, 0] == bud:
+            far = np.sqrt(held[marker, 1])
+            for c in range(3):
+                out[c] += (place[marker, c] - at[c]) / far
+    length = np.sqrt((out * out).sum())
+    if length > 1e-9:
+        out /= length

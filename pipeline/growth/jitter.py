@@ -8,7 +8,7 @@ from pipeline.geometry.compiled import compiled
 from pipeline.growth.chance import scramble
 from pipeline.growth.lattice import Counts, Voxels
 
-Grid = tuple[Counts, Voxels, float, np.uint64]  # occupancy, lowest cell, size of a cell, seed
+Grid = tuple[Counts, Voxels, float, np.uint64]  # numbers of markers, lowest cell, size of a cell, seed
 
 LOW_BITS, BITS, TWICE_BITS = np.uint64(0x1FFFFF), np.uint64(21), np.uint64(42)
 JITTER = 0.4
@@ -17,8 +17,8 @@ FARTHEST = JITTER * 3.0**0.5
 """Most that it is off in all, in cells."""
 ROUNDING = 1e-9
 """Share of a cell by which rounding may err."""
-BLOCKED = 1 << 24
-"""Occupancy of a marker that can never be free."""
+START, SCALE = 0.5 - JITTER, 2.0 * JITTER / float(LOW_BITS)
+"""Lowest place of a marker in its cell, and a step of its chances, in cells."""
 
 
 @compiled
@@ -36,12 +36,12 @@ def column(i: int, j: int, seed: np.uint64) -> np.uint64:
 @compiled
 def marker_in(chances: np.uint64, i: int, j: int, k: int, size: float) -> tuple[float, float, float]:
     """Return where the marker of a cell of a column is, metres."""
-    z = scramble(chances + np.uint64(k))
-    a, b, c = z & LOW_BITS, (z >> BITS) & LOW_BITS, (z >> TWICE_BITS) & LOW_BITS
-    scale = 2.0 * JITTER / float(LOW_BITS)
-    start = 0.5 - JITTER
-    return (
-        (i + start + scale * float(a)) * size,
-        (j + start + scale * float(b)) * size,
-        (k + start + scale * float(c)) * size,
-    )
+    return placed(chances + np.uint64(k), i + START, j + START, k + START, size)
+
+
+@compiled
+def placed(chances: np.uint64, x: float, y: float, z: float, size: float) -> tuple[float, float, float]:
+    """Return where the marker with these chances is, metres; x, y, z is its lowest place, in cells."""
+    bits = scramble(chances)
+    a, b, c = bits & LOW_BITS, (bits >> BITS) & LOW_BITS, (bits >> TWICE_BITS) & LOW_BITS
+    return (x + SCALE * float(a)) * size, (y + SCALE * float(b)) * size, (z + SCALE * float(c)) * size

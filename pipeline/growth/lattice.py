@@ -19,7 +19,7 @@ Whole = TypeVar("Whole", np.int64, np.int32)
 MOST_VOXELS = 60_000_000
 """Half a gigabyte."""
 SPARE = 0.25
-"""Share of its size that the box grows by on sides that were ever too near; a large one only as needed."""
+"""Share of its size that the box has beyond what is needed, on sides that were ever too near, if it can."""
 
 
 class Lattice(Generic[Whole]):
@@ -74,8 +74,10 @@ class Lattice(Generic[Whole]):
                 return
             spare = np.maximum(margin, (SPARE * had).astype(np.int64))
             self._grows |= np.array([low < self.low, high > top])
+            # beyond what is needed, not beyond what there is: else all sides would grow whenever one does
+            wide_low = np.minimum(self.low, low - self._grows[0] * spare)
+            wide_high = np.maximum(top, high + self._grows[1] * spare)
             low, high = np.minimum(self.low, low), np.maximum(top, high)
-            wide_low, wide_high = low - self._grows[0] * spare, high + self._grows[1] * spare
             if (wide_high - wide_low).astype(float).prod() <= MOST_VOXELS:
                 low, high = wide_low, wide_high
         self._enlarge(low, high - low)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pipeline.growth.simulation import Growth, Removal
+from pipeline.growth.log import Removal
+from pipeline.growth.simulation import Growth
 from pipeline.growth.state import Mask
 from pipeline.model import Floats, TreeModel
 

@@ -5,18 +5,32 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.geometry.compiled import compiled
-from pipeline.growth.bound import KINDS, Limits, is_within
+from pipeline.growth.bound import KINDS, Limits
 from pipeline.growth.chance import scramble
 from pipeline.growth.claims import claim, middles
-from pipeline.growth.jitter import BLOCKED, FARTHEST, ROUNDING, Grid, column, marker, marker_in
+from pipeline.growth.columns import Space, Span, columns, judge, no_batch
+from pipeline.growth.jitter import START, placed
 from pipeline.growth.lattice import Counts, Lattice, Voxels, corners, no_counts
 from pipeline.growth.options import GrowthOptions
 from pipeline.growth.shade import Shade
 from pipeline.growth.sight import BudLight, bud_light
 from pipeline.growth.state import DORMANT, GROWN, Mask, Metamers
-from pipeline.growth.views import FREE, TAKEN, BudPlaces, Met, Space, kept, none_met, none_seen
+from pipeline.growth.views import (
+    CLOSED,
+    FREE,
+    TAKEN,
+    BudPlaces,
+    Met,
+    kept,
+    none_met,
+    none_seen,
+    taken_at_first,
+    with_room,
+)
 from pipeline.model import Floats, Ints
 
+NO_ANGLE = -2.0
+"""The cosine of half the angle of a cone that holds all."""
 NOWHERE = (np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)))
 
 
@@ -36,7 +50,7 @@ class Markers:
     Attributes
     ----------
     grid : Lattice
-        How many metamers occupy each marker: adding and removing the same one leaves no trace.
+        The number of every marker that has been met; most of space is never asked for.
     """
 
     def __init__(self, options: GrowthOptions, seed: int, foot: Floats, shade: Shade | None = None) -> None:
@@ -47,11 +61,13 @@ class Markers:
         self._sight = options.perception * options.metamer_m
         self._half = float(np.cos(np.radians(options.perception_deg / 2.0)))
         half = (options.bound_width_m / 2.0, options.bound_depth_m / 2.0, options.bound_height_m / 2.0)
-        self._limits = Limits(KINDS.index(options.bound), foot, half, options.bound_base_m)
+        x, y, z = foot.tolist()
+        self._limits = Limits(KINDS.index(options.bound), (x, y, z), half, options.bound_base_m)
         self._shade = shade
         self._spacing = options.marker_spacing * options.metamer_m
-        self.grid, self._numbers = Lattice(self._spacing, self._blocked), Lattice(self._spacing, no_counts)
-        self._views, self._met, self._places = none_seen(), none_met(self._numbers.values), NOWHERE
+        self._batch = no_batch(max(self._sight, self._occupancy) / self._spacing)
+        self.grid = Lattice(self._spacing, no_counts if shade is None else self._closed)
+        self._views, self._met, self._places = none_seen(), none_met(), NOWHERE
         self._first = 1
 
     def add(self, points: Floats) -> None:
@@ -61,6 +77,11 @@ class Markers:
     def remove(self, points: Floats) -> None:
         """Give them free."""
         self._occupy(points, -1)
+
+    def taken(self) -> tuple[Floats, Counts]:
+        """Return where the markers are that have been met (M, 3), and by how many metamers each is taken."""
+        rows = slice(1, self._met.known)
+        return self._met.place[rows], self._met.taken[rows]
 
     def at_buds(self, tree: Metamers) -> BudLight:
         """Let buds claim the free markers in their cones; light is their share of those of an open cone."""
@@ -84,14 +105,10 @@ class Markers:
         if len(points):
             margin, (low, high) = int(np.ceil(radius / self._spacing)) + 1, corners(points)
             self.grid.hold(low, high, margin)
-            self._numbers.hold(low, high, margin)
-        self._met = self._met._replace(number=self._numbers.values)
 
-    def _cells(self) -> Grid:
-        return self.grid.values, self.grid.low, self._spacing, self._seed
-
-    def _space(self) -> Space:
-        return self._cells(), (self._sight, self._half)
+    def _space(self, values: Counts | None = None, low: Voxels | None = None) -> Space:
+        grid = (self.grid.values, self.grid.low) if values is None or low is None else (values, low)
+        return (*grid, self._spacing, self._seed), (self._sight, self._half), self._limits, self._batch
 
     def _open(self) -> float:
         """Markers that a bud sees ahead of the space its own metamer occupies."""
@@ -100,98 +117,82 @@ class Markers:
 
     def _occupy(self, points: Floats, sign: int) -> None:
         self._cover(points, self._occupancy)
-        occupy(self._cells(), points, self._occupancy, sign, self._met)
+        self._met = occupy(self._space(), points, self._occupancy, sign, self._met)
 
-    def _blocked(self, low: Voxels, shape: Voxels) -> Counts:
-        """Return which markers are underground, out of bounds, in a building or near neighbours."""
-        values = no_counts(low, shape)
-        grid = (values, low, self._spacing, self._seed)
-        block(grid, self._limits, BLOCKED)
-        if self._shade is not None:
-            for box in self._shade.boxes:
-                begin = np.clip(np.floor(box[0] / grid[2]).astype(np.int64) - low, 0, shape)
-                end = np.clip(np.floor(box[1] / grid[2]).astype(np.int64) - low + 1, 0, shape)
-                values[tuple(slice(a, b) for a, b in zip(begin.tolist(), end.tolist(), strict=True))] = (
-                    BLOCKED
-                )
-            values += self._near_neighbours(low, shape)
+    def _closed(self, low: Voxels, shape: Voxels) -> Counts:
+        """Return which markers are in a building or near neighbours."""
+        values = self._near_neighbours(low, shape)
+        for box in () if self._shade is None else self._shade.boxes:
+            begin = np.clip(np.floor(box[0] / self._spacing).astype(np.int64) - low, 0, shape)
+            end = np.clip(np.floor(box[1] / self._spacing).astype(np.int64) - low + 1, 0, shape)
+            values[tuple(slice(a, b) for a, b in zip(begin.tolist(), end.tolist(), strict=True))] = CLOSED
         return values
 
     def _near_neighbours(self, low: Voxels, shape: Voxels) -> Counts:
-        """Block what neighbours occupy, also those that stand just outside of the cells."""
+        """Close what neighbours occupy, also those that stand just outside of the cells."""
         margin = int(np.ceil(self._occupancy / self._spacing)) + 1
         wide = no_counts(low, shape + 4 * margin)
-        grid = (wide, low - 2 * margin, self._spacing, self._seed)
         points = np.zeros((0, 3)) if self._shade is None else self._shade.points
-        cell = np.floor(points / grid[2]).astype(np.int64) - low
+        cell = np.floor(points / self._spacing).astype(np.int64) - low
         near = ((cell >= -margin) & (cell < shape + margin)).all(axis=1)
-        occupy(grid, points[near], self._occupancy, 1, none_met(no_counts(low, 0 * low)))
+        close(self._space(wide, low - 2 * margin), points[near], self._occupancy)
         inner = slice(2 * margin, -2 * margin)
-        return np.where(wide[inner, inner, inner] > 0, np.int32(BLOCKED), np.int32(0))
+        return wide[inner, inner, inner].copy()
 
 
 @compiled
-def cells_around(
-    x: float, y: float, z: float, radius: float, size: float
-) -> tuple[int, int, int, int, int, int]:
-    """Return the first and last cells along each axis that a sphere can touch."""
-    return (
-        int(np.floor((x - radius) / size)),
-        int(np.floor((x + radius) / size)),
-        int(np.floor((y - radius) / size)),
-        int(np.floor((y + radius) / size)),
-        int(np.floor((z - radius) / size)),
-        int(np.floor((z + radius) / size)),
-    )
-
-
-@compiled
-def occupy(grid: Grid, points: Floats, radius: float, amount: int, met: Met) -> None:
-    """Add an amount to all markers within a radius of points; those met before are taken then, or free."""
-    values, low, size, seed = grid
-    counts, number, held = values.reshape(-1), met.number.reshape(-1), met.held
-    reach = (radius + (FARTHEST + ROUNDING) * size) ** 2
-    near = np.empty((2 * int(radius / size) + 4) ** 3, dtype=np.int64)
+def occupy(space: Space, points: Floats, radius: float, amount: int, met: Met) -> Met:
+    """Let more, or fewer, metamers have the markers within a radius of points."""
+    known = met.known
     for p in range(len(points)):
-        x, y, z = points[p]
-        i0, i1, j0, j1, k0, k1 = cells_around(x, y, z, radius, size)
-        found = 0
-        for i in range(i0, i1 + 1):
-            for j in range(j0, j1 + 1):
-                if ((i + 0.5) * size - x) ** 2 + ((j + 0.5) * size - y) ** 2 > reach:
-                    continue
-                chances = column(i, j, seed)
-                start = ((i - low[0]) * values.shape[1] + j - low[1]) * values.shape[2] - low[2]
-                for k in range(k0, k1 + 1):
-                    u, v, w = marker_in(chances, i, j, k, size)
-                    near[found] = start + k
-                    found += int((u - x) ** 2 + (v - y) ** 2 + (w - z) ** 2 < radius * radius)
-        for cell in near[:found]:
-            counts[cell] += amount
-            if len(number) and number[cell]:
-                m = number[cell]
-                held[m, 0], held[m, 1] = TAKEN if counts[cell] else FREE
+        n, span = around(points[p], radius, space)
+        more = n * (span[1] - span[0] + 1)
+        if known + more > len(met.taken):
+            met = with_room(met, known, more)
+        known = count(n, span, amount, space, met, known)
+    return Met(met.place, met.held, met.taken, known)
 
 
 @compiled
-def block(grid: Grid, limits: Limits, amount: int) -> None:
-    """Set the markers where no tree may grow; without a shape only cells that the ground cuts need a look."""
-    values, low, size, seed = grid
-    point = np.zeros(3)
-    sunk, asked = 0, values.shape[2]
-    for k in range(values.shape[2]):
-        bottom = (k + low[2]) * size - limits.foot[2]
-        sunk += int(bottom + size < 0.0)
-        if limits.kind == 0 and bottom > 0.0:
-            asked = k
-            break
-    for i in range(values.shape[0]):
-        for j in range(values.shape[1]):
-            values[i, j, :sunk] = amount
-            for k in range(sunk, asked):
-                point[0], point[1], point[2] = marker(i + low[0], j + low[1], k + low[2], size, seed)
-                if not is_within(point, limits):
-                    values[i, j, k] = amount
+def around(point: Floats, radius: float, space: Space) -> tuple[int, Span]:
+    """Judge the markers within a radius of a point; as `columns`."""
+    bud, cone = ((point[0], point[1], point[2]), (0.0, 0.0, 1.0)), (radius, NO_ANGLE)
+    n, span = columns(bud[0], bud[1], cone, space)
+    judge(n, span, bud, cone, space)
+    return n, span
+
+
+@compiled
+def count(n: int, span: Span, amount: int, space: Space, met: Met, known: int) -> int:
+    """Add an amount to what the judged markers count; how many are known then."""
+    (cells, _, size, _), _, limits, (chances, x, y, cell, _, is_seen) = space
+    numbers, (places, held, taken, _) = cells.reshape(-1), met
+    for c in range(n):
+        for k in range(span[1] - span[0] + 1):
+            if not is_seen[k, c]:
+                continue
+            m = numbers[cell[c] + k]
+            if m <= 0:
+                at = placed(chances[c] + np.uint64(span[0] + k), x[c], y[c], span[0] + k + START, size)
+                places[known, 0], places[known, 1], places[known, 2] = at
+                taken[known] = taken_at_first(m, at, limits)
+                m = numbers[cell[c] + k] = known
+                known += 1
+            taken[m] += amount
+            held[m, 0], held[m, 1] = TAKEN if taken[m] else FREE
+    return known
+
+
+@compiled
+def close(space: Space, points: Floats, radius: float) -> None:
+    """Close the markers within a radius of points."""
+    numbers, cell, is_seen = space[0][0].reshape(-1), space[3].cell, space[3].is_seen
+    for p in range(len(points)):
+        n, span = around(points[p], radius, space)
+        for c in range(n):
+            for k in range(span[1] - span[0] + 1):
+                if is_seen[k, c]:
+                    numbers[cell[c] + k] = CLOSED
 
 
 def _places(tree: Metamers) -> BudPlaces:

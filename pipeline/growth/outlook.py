@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from pipeline.growth.simulation import Entry, Growth, Removal, YearReport
+from pipeline.growth.log import Entry, Removal, YearReport
+from pipeline.growth.simulation import Growth
 from pipeline.model import Floats, Skeleton, TreeModel, Trunk
 
 BREAST_M = 1.3

@@ -138,7 +138,7 @@ def shoot(tree: Arrays, count: int, this: Year, ways: Ways, limits: Limits) -> i
         for _ in range(buds.metamers[b]):
             way = heading(tree, below, is_lateral, (towards[b], pulls), ways)
             tip = tree.end[below] + buds.length[b] * way
-            if not is_within(tip, limits):
+            if not is_within((tip[0], tip[1], tip[2]), limits):
                 break
             tree.begin[count], tree.end[count], tree.direction[count] = tree.end[below], tip, way
             tree.birth_year[count], tree.width[count] = year, 0.0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -14,6 +13,7 @@ from pipeline.errors import UsageError
 from pipeline.growth.allocation import Resource, by_borchert_honda, by_priority, gather
 from pipeline.growth.chance import sow
 from pipeline.growth.light import Light, light_for
+from pipeline.growth.log import Entry, Removal, YearReport
 from pipeline.growth.options import GrowthOptions
 from pipeline.growth.poles import bare_pole
 from pipeline.growth.shade import Shade
@@ -44,55 +44,6 @@ class Support(NamedTuple):
     direction: Floats
     weight: float
     last_year: int
-
-
-@dataclass(frozen=True)
-class Entry:
-    """Something that happened in or after a year of growth."""
-
-    year: int
-
-
-@dataclass(frozen=True)
-class YearReport(Entry):
-    """What a year has brought.
-
-    Attributes
-    ----------
-    light : float
-        All buds' light, in units of `full_light` of one bud.
-    resource : float
-        What it became at the root; the buds share exactly this.
-    grown, shed : int
-        Metamers that came and went.
-    metamers : int
-        Those there are at the end of the year, the foot not counted.
-    """
-
-    light: float
-    resource: float
-    grown: int
-    shed: int
-    metamers: int
-
-
-@dataclass(frozen=True, eq=False)
-class Removal(Entry):
-    """What a cut has taken away.
-
-    Attributes
-    ----------
-    cut : tuple of int
-        The metamers that were cut off, in the numbers before.
-    removed : int
-        Metamers gone, all those above included.
-    number : (N,) array of int32
-        The new number of every old metamer, -1 where it is gone.
-    """
-
-    cut: tuple[int, ...]
-    removed: int
-    number: Ints
 
 
 class Event(Protocol):

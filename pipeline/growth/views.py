@@ -8,40 +8,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.geometry.compiled import compiled
-from pipeline.growth.jitter import FARTHEST, ROUNDING, Grid, column, marker, marker_in
-from pipeline.growth.lattice import Counts
+from pipeline.growth.bound import Limits, is_within
+from pipeline.growth.columns import Point, Space, Span, columns, judge
+from pipeline.growth.jitter import START, placed
+from pipeline.growth.lattice import Counts, Voxels
 from pipeline.growth.state import Mask
 from pipeline.model import Floats, Ints
 
 BudPlaces = tuple[Floats, Floats, Floats]  # where buds are, the ways of terminal and of lateral ones
-Place = tuple[Floats, Floats]  # where a bud is, and its way
-Cone = tuple[float, float]  # how far it sees, and the cosine of half its angle
-Space = tuple[Grid, Cone]
-Box = tuple[NDArray[np.int64], NDArray[np.int64]]  # first and last cells along each axis
 
 FREE, TAKEN = (0.0, 0.0), (np.inf, -1.0)
 """What `Met.held` has of a marker that is nobody's, and of one that wood has: no bud is nearer to that."""
+BLOCKED = 1 << 24
+"""Metamers that a marker counts around it where no tree may grow: it is never free."""
+CLOSED = -1
+"""What the grid holds of a marker that nobody has met, and that neighbours or a building take."""
 FIRST_ROOM = 4096
+MOST_DEEP = 256
+"""More cells than a column has that a bud sees."""
 
 
 class Met(NamedTuple):
-    """The markers that a bud has seen so far, numbered as they were met: those near each other lie together.
+    """The markers met so far, numbered as they were met: those near each other lie together.
+
+    The grid has the number of the marker of every cell, 0 (or `CLOSED`) where none has been met.
 
     Attributes
     ----------
-    number : (I, J, K) array of int32
-        Of every cell of the box the number of its marker, 0 where none has been met.
     place : (R, 3) array
         Where the markers are, metres.
     held : (R, 2) array
         The bud that has each, counted on from year to year, and its squared distance.
+    taken : (R,) array of int32
+        How many metamers are too near for it to be free.
     known : int
         Rows that mean something; the first does not.
     """
 
-    number: Counts
     place: Floats
     held: Floats
+    taken: Counts
     known: int
 
 
@@ -68,9 +74,10 @@ class Views(NamedTuple):
     size: NDArray[np.int64]
 
 
-def none_met(number: Counts) -> Met:
+def none_met() -> Met:
     """Return no markers."""
-    return Met(number, np.zeros((FIRST_ROOM, 3)), np.zeros((FIRST_ROOM, 2)), 1)
+    room = FIRST_ROOM
+    return Met(np.zeros((room, 3)), np.zeros((room, 2)), np.zeros(room, dtype=np.int32), 1)
 
 
 def none_seen() -> Views:
@@ -127,84 +134,90 @@ def is_same(before: BudPlaces, old: int, now: BudPlaces, new: int) -> bool:
 
 
 @compiled
-def look(place: Place, space: Space, views: Views, met: Met) -> tuple[Views, Met, int]:
-    """Write the markers in a bud's cone behind the rows that are used; with them, how many they are."""
-    grid, cone = space
-    _, low, size, seed = grid
-    _, wide, deep = grid[0].shape
-    first, last = cells_ahead(place, size, cone)
-    room = (last[0] - first[0] + 1) * (last[1] - first[1] + 1) * (last[2] - first[2] + 1)
-    views, met = with_room(views, met, room)
-    seen, square = views.marker[views.used :], views.square[views.used :]
-    found = in_cone(place, space, (first, last), (seen, square))
-    number, values, count = met.number.reshape(-1), grid[0].reshape(-1), met.known
-    for m in range(found):
-        cell = seen[m]
-        if number[cell] == 0:
-            number[cell] = count
-            met.held[count, 0], met.held[count, 1] = TAKEN if values[cell] else FREE
-            i, j, k = cell // (wide * deep), cell // deep % wide, cell % deep
-            u, v, w = marker(i + low[0], j + low[1], k + low[2], size, seed)
-            met.place[count, 0], met.place[count, 1], met.place[count, 2] = u, v, w
-            count += 1
-        seen[m] = number[cell]
-    return views, Met(met.number, met.place, met.held, count), found
+def look(
+    which: Voxels, most: int, buds: BudPlaces, space: Space, seen: tuple[Views, Met]
+) -> tuple[Views, Met]:
+    """Write the markers in the cones of some buds behind the rows that are used, up to as many as `most`.
 
-
-@compiled
-def in_cone(place: Place, space: Space, box: Box, found: tuple[Ints, Floats]) -> int:
-    """Write the cells whose markers are in a cone, and the squared distances; how many they are.
-
-    What does not count is written over by the next: that is quicker than to ask.
+    Buds that no room is left for stay unknown.
     """
-    (values, low, size, seed), cone = space
-    (first, last), (seen, square) = box, found
-    x, y, z, p, q, r = place[0][0], place[0][1], place[0][2], place[1][0], place[1][1], place[1][2]
-    sight, half = cone[0] * cone[0], cone[1]
-    reach = (cone[0] + (FARTHEST + ROUNDING) * size) ** 2
-    count = 0
-    for i in range(first[0], last[0] + 1):
-        for j in range(first[1], last[1] + 1):
-            if ((i + 0.5) * size - x) ** 2 + ((j + 0.5) * size - y) ** 2 > reach:
-                continue
-            chances = column(i, j, seed)
-            start = ((i - low[0]) * values.shape[1] + j - low[1]) * values.shape[2] - low[2]
-            for k in range(first[2], last[2] + 1):
-                u, v, w = marker_in(chances, i, j, k, size)
-                u, v, w = u - x, v - y, w - z
-                far = u * u + v * v + w * w
-                seen[count], square[count] = start + k, far
-                count += int((far < sight) & (u * p + v * q + w * r >= half * np.sqrt(far)))
-    return count
+    (views, met), cone = seen, space[1]
+    (ends, directions, lateral), start, sizes, end, known = (
+        buds,
+        views.start,
+        views.size,
+        views.used,
+        met.known,
+    )
+    for bud in which:
+        if end > most:
+            break
+        b, way = bud // 2, lateral if bud % 2 else directions
+        at, ahead = (ends[b, 0], ends[b, 1], ends[b, 2]), (way[b, 0], way[b, 1], way[b, 2])
+        n, span = columns(at, ahead, cone, space)
+        most_seen = n * (span[1] - span[0] + 1)
+        if end + most_seen > len(views.marker):
+            views = with_rows(views, end, most_seen)
+        if known + most_seen > len(met.taken):
+            met = with_room(met, known, most_seen)
+        judge(n, span, (at, ahead), cone, space)
+        start[bud] = end
+        end, known = settle(n, (end, known), span, space, views, met)
+        sizes[bud] = end - start[bud]
+    views = Views(views.marker, views.square, end, start, sizes)
+    return views, Met(met.place, met.held, met.taken, known)
 
 
 @compiled
-def with_room(views: Views, met: Met, more: int) -> tuple[Views, Met]:
-    """Lengthen the rows so that `more` fit."""
-    room, used = len(views.marker), views.used
-    if used + more >= room:
-        marker, square = np.empty(2 * room + more, dtype=np.int32), np.empty(2 * room + more)
-        marker[:used], square[:used] = views.marker[:used], views.square[:used]
-        views = Views(marker, square, used, views.start, views.size)
-    room, count = len(met.place), met.known
-    if count + more >= room:
-        place, held = np.empty((2 * room + more, 3)), np.empty((2 * room + more, 2))
-        place[:count], held[:count] = met.place[:count], met.held[:count]
-        met = Met(met.number, place, held, count)
-    return views, met
+def settle(
+    n: int, rows: tuple[int, int], span: Span, space: Space, views: Views, met: Met
+) -> tuple[int, int]:
+    """Write those of `n` columns of markers that are seen, column by column, from a row on.
+
+    `rows` are the first of them that is free among what buds see, and among what has been met; returned is
+    which are so then. No tuple of arrays is made, which takes longer than the work.
+    """
+    (cells, _, size, _), _, limits, (chances, x, y, cell, square, is_seen) = space
+    (marker, far, _, _, _), (places, held, taken, _), (end, known) = views, met, rows
+    deep = span[1] - span[0] + 1
+    numbers, last = cells.reshape(-1), end
+    for c in range(n):
+        for k in range(deep):  # what is not seen is written over by the next: that is quicker than to ask
+            marker[last], far[last] = c * MOST_DEEP + k, square[k, c]
+            last += is_seen[k, c]
+    for row in range(end, last):
+        c, k = marker[row] // MOST_DEEP, marker[row] % MOST_DEEP
+        here = cell[c] + k
+        if numbers[here] <= 0:
+            u, v, w = placed(chances[c] + np.uint64(span[0] + k), x[c], y[c], span[0] + k + START, size)
+            places[known, 0], places[known, 1], places[known, 2] = u, v, w
+            taken[known] = taken_at_first(numbers[here], (u, v, w), limits)
+            held[known, 0], held[known, 1] = TAKEN if taken[known] else FREE
+            numbers[here] = known
+            known += 1
+        marker[row] = numbers[here]
+    return last, known
 
 
 @compiled
-def cells_ahead(place: Place, size: float, cone: Cone) -> Box:
-    """Return the first and last cells along each axis that a bud's cone can touch."""
-    at, ahead = place
-    radius, along = cone
-    across = np.sqrt(max(1.0 - along * along, 0.0))
-    first, last = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64)
-    for c in range(3):
-        flat = np.sqrt(max(1.0 - ahead[c] * ahead[c], 0.0)) * across
-        up = radius if ahead[c] >= along else max(radius * (ahead[c] * along + flat), 0.0)
-        down = radius if -ahead[c] >= along else max(radius * (flat - ahead[c] * along), 0.0)
-        first[c] = int(np.floor((at[c] - down - ROUNDING * size) / size))
-        last[c] = int(np.floor((at[c] + up + ROUNDING * size) / size))
-    return first, last
+def taken_at_first(was: int, at: Point, limits: Limits) -> int:
+    """Return what a marker counts when it is met, by what the grid had: `BLOCKED` where no tree may grow."""
+    return 0 if was != CLOSED and is_within(at, limits) else BLOCKED
+
+
+@compiled
+def with_rows(views: Views, used: int, more: int) -> Views:
+    """Lengthen the rows of what buds see so that `more` fit behind those used."""
+    room = 2 * len(views.marker) + more
+    marker, square = np.empty(room, dtype=np.int32), np.empty(room)
+    marker[:used], square[:used] = views.marker[:used], views.square[:used]
+    return Views(marker, square, used, views.start, views.size)
+
+
+@compiled
+def with_room(met: Met, known: int, more: int) -> Met:
+    """Lengthen the rows of markers so that `more` fit behind those known."""
+    room = 2 * len(met.taken) + more
+    place, held, taken = np.empty((room, 3)), np.empty((room, 2)), np.empty(room, dtype=np.int32)
+    place[:known], held[:known], taken[:known] = met.place[:known], met.held[:known], met.taken[:known]
+    return Met(place, held, taken, known)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.growth import GrowthOptions, Metamers, grow
+from pipeline.growth.lattice import Lattice, zeros
 from pipeline.growth.light import REACH, Shadow, around
 from pipeline.growth.pyramid import FIXED, pyramid, towards_light
 
@@ -101,3 +102,14 @@ def test_a_tree_leans_to_tilted_light() -> None:
         held = grow(GrowthOptions(light_tilt_deg=40.0), 14, seed=seed).metamers.held()
         lean.append(held["end"][:, 0].mean())
     assert np.mean(lean) > 0.15
+
+
+def test_a_box_that_grows_to_one_side_does_not_grow_to_the_others() -> None:
+    box = Lattice(0.1, zeros)
+    for reach in np.arange(0.2, 1.0, 0.1):
+        box.cover(np.array([[-reach, -reach, 0.0], [reach, reach, 0.5]]), 2)
+
+    for height in np.arange(1.0, 9.0, 0.5):
+        box.cover(np.array([[-0.9, -0.9, 0.0], [0.9, 0.9, height]]), 2)
+    assert box.values.shape[2] > 80
+    assert max(box.values.shape[:2]) <= 2 * 24  # twice what is needed

@@ -6,20 +6,30 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from pipeline.growth import DORMANT, GROWN, Growth, GrowthOptions, Metamers, claims, grow
-from pipeline.growth.jitter import BLOCKED, marker
+from pipeline.growth.jitter import marker
 from pipeline.growth.markers import Markers
 from pipeline.growth.pruning import operation_of
+from pipeline.growth.views import BLOCKED
 
 SPACE = GrowthOptions(light="space")
 
 
-def free_markers(markers: Markers) -> np.ndarray:
-    """(M, 3) where the free markers are."""
+def free_markers(markers: Markers, tree: Metamers) -> np.ndarray:
+    """(M, 3) where markers above the ground are that no metamer is near, one cell after the other."""
     grid = markers.grid
-    cells = np.argwhere(grid.values == 0) + grid.low
-    return np.array([marker(int(i), int(j), int(k), grid.voxel_m, markers._seed) for i, j, k in cells])
+    cells = np.argwhere(np.ones(grid.values.shape, dtype=bool)) + grid.low
+    every = np.array([marker(int(i), int(j), int(k), grid.voxel_m, markers._seed) for i, j, k in cells])
+    far, _ = cKDTree(tree.end[: len(tree)]).query(every)
+    return every[(far >= 0.2) & (every[:, 2] >= 0.0)]
+
+
+def met_free(markers: Markers) -> np.ndarray:
+    """(M, 3) where the markers are that buds or metamers have met, and that are free."""
+    places, taken = markers.taken()
+    return places[taken == 0]
 
 
 @pytest.mark.parametrize("cone_deg", [60.0, 90.0, 180.0])
@@ -30,7 +40,7 @@ def test_claims_are_those_of_plain_numpy(cone_deg: float) -> None:
     markers = Markers(options, 3, tree.end[0].copy())
     markers.add(tree.end[: len(tree)])
     lit = markers.at_buds(tree)
-    free = free_markers(markers)
+    free = free_markers(markers, tree)
     nearest, owner = np.full(len(free), np.inf), np.full(len(free), -1)
     for i in range(len(tree)):
         waits = (tree.terminal_bud[i] != GROWN, tree.lateral_bud[i] == DORMANT)
@@ -55,11 +65,13 @@ def test_space_around_metamers_and_under_the_ground_is_not_free() -> None:
     tree = grow(SPACE, 6, seed=1).metamers
     markers = Markers(SPACE, 1, tree.end[0].copy())
     markers.add(tree.end[: len(tree)])
-    free = free_markers(markers)
+    markers.at_buds(tree)
+    free = met_free(markers)
+    assert len(free) > 100
     far = np.linalg.norm(free[:, None] - tree.end[None, : len(tree)], axis=2).min(axis=1)
     assert far.min() >= 0.2 - 1e-12
     assert free[:, 2].min() >= 0.0
-    assert (markers.grid.values >= BLOCKED).any()
+    assert (markers.taken()[1] >= BLOCKED).any()
 
 
 def test_a_cut_gives_light_to_what_stays() -> None:
@@ -79,8 +91,8 @@ def test_no_free_space_lies_out_of_bounds() -> None:
     )
     markers = Markers(options, 1, np.zeros(3))
     markers.at_buds(Metamers.one_bud((0.0, 0.0, 0.8)))
-    free = free_markers(markers)
-    assert len(free) > 100
+    free = met_free(markers)
+    assert len(free) > 50
     assert (np.abs(free) <= [0.5 + 1e-9, 0.3 + 1e-9, 1.5 + 1e-9]).all()
     assert (grow(options, 20, seed=1).metamers.held()["end"][:, 0] <= 0.5 + 1e-9).all()
 

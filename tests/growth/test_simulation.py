@@ -17,6 +17,7 @@ from pipeline.growth import (
     grow,
 )
 from pipeline.growth.light import Shadow
+from pipeline.growth.views import BLOCKED
 
 
 @pytest.mark.parametrize("allocation", ["bh", "priority"])
@@ -35,16 +36,27 @@ def test_buds_share_exactly_what_the_root_has(allocation: str) -> None:
     assert got.terminal[tree.terminal_bud[: len(tree)] == DAMAGED].sum() == 0
 
 
-@pytest.mark.parametrize("light", ["shadow", "space"])
-def test_a_cut_leaves_no_trace_in_the_light(light: str) -> None:
-    growth = grow(GrowthOptions(light=light), 10, seed=2)
+def test_a_cut_leaves_no_trace_in_the_shade() -> None:
+    growth = grow(GrowthOptions(), 10, seed=2)
     growth.remove(int(growth.metamers.axis()[5]))
     fresh = Growth(growth.metamers, growth.options, seed=2).light.grid
     at = fresh.low - growth.light.grid.low
     inner = tuple(slice(a, a + n) for a, n in zip(at, fresh.values.shape, strict=True))
     np.testing.assert_array_equal(growth.light.grid.values[inner], fresh.values)
-    if light == "shadow":
-        assert growth.light.grid.values.sum() == fresh.values.sum()
+    assert growth.light.grid.values.sum() == fresh.values.sum()
+
+
+def test_a_cut_leaves_no_trace_in_space() -> None:
+    growth = grow(GrowthOptions(light="space"), 10, seed=2)
+    growth.remove(int(growth.metamers.axis()[5]))
+    fresh = Growth(growth.metamers, growth.options, seed=2)
+    held = [
+        {tuple(place): count for place, count in zip(*light.taken(), strict=True)}
+        for light in (growth.light, fresh.light)
+    ]
+    assert len(held[0]) > len(held[1]) > 100
+    assert {place: held[0][place] for place in held[1]} == held[1]
+    assert all(held[0][place] in (0, BLOCKED) for place in held[0].keys() - held[1].keys())
 
 
 def test_growth_turns_away_from_a_shade_off_the_axis() -> None:

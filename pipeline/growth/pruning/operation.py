@@ -11,7 +11,8 @@ import numpy as np
 
 from pipeline.errors import UsageError
 from pipeline.growth.carrying import Carrying
-from pipeline.growth.simulation import Entry, Growth
+from pipeline.growth.log import Entry
+from pipeline.growth.simulation import Growth
 from pipeline.growth.state import DAMAGED, Metamers
 from pipeline.model import Floats, Ints
 from pipeline.options import Options
