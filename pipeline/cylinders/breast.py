@@ -26,6 +26,7 @@ SHARP = 0.005  # standard error, as a share of the radius, with which a slice is
 LEAST_POINTS = 12
 STRANGE = 0.4  # a slice whose radius differs from the stem's by this share is something else
 LEAST_TRUST = 0.05
+LEAST_SEEN = 0.5  # share of the stem around breast height that is measured where a slice of it is
 BESIDE = 0.15  # least standard error, as a share, of a diameter that is measured beside breast height only
 # Trunks are not round: a share of the diameter that even a perfect scan leaves open.
 OUT_OF_ROUND = 0.004
@@ -93,17 +94,20 @@ def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float)
     points = points[np.abs(points[:, 2] - ground_z - BREAST_M) <= SLICES_M[-1] / 2]
     off = np.abs(points[:, 2] - ground_z - BREAST_M)
     best = _Slice(0.0, 0.0, 0.0)
-    for tall in SLICES_M if _bark_shows(axes, measured, ground_z) else ():
+    bark = _bark_shows(axes, measured, ground_z)
+    for tall in SLICES_M if bark else ():
         best = _slice(points[off <= tall / 2], centre, axes.frames()[at], radius, noise)
         if 0.0 < best.error <= SHARP * best.radius:
             break
     if best.error == 0.0:
-        if source == MEASURED and len(points) < LEAST_POINTS:
-            within = WITHIN_90 * max(2.0 * error, BESIDE * radius)
-            lo, hi = 2 * max(radius - within, 0.0), 2 * (radius + within)
-            return Trunk(2 * radius, lo, hi, 0.0, RADIUS_SOURCES[PROPAGATED], ground_z)
+        if source == MEASURED and (len(points) < LEAST_POINTS or not bark):
+            source, error = PROPAGATED, max(2.0 * error, BESIDE * radius)
+        elif source == PROPAGATED:
+            error = max(error, GUESS * radius)
         arc = float(np.degrees(measured.windows.arc[at])) if source == MEASURED else 0.0
         lo, hi = _interval(radius, error, source)
+        if source == PROPAGATED:
+            hi = max(hi, 2.0 * _foot(axes, measured, ground_z))
         return Trunk(2 * radius, lo, hi, arc, RADIUS_SOURCES[source], ground_z)
     # the slice says most where it is sharp, the stem as a whole where it is not
     if source != MEASURED:
@@ -117,12 +121,23 @@ def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float)
 
 
 def _bark_shows(axes: Axes, measured: Measured, ground_z: float) -> bool:
-    """Whether a slice may be asked: in leaf, a ring is bark where the stem around it shows bark."""
-    if not measured.crown.in_leaf:
-        return True
+    """Whether a slice may be asked: a ring is bark where half of the stem around it is measured."""
     stem = slice(int(axes.first[0]), int(axes.first[1]))
     near = np.abs(axes.xyz[stem, 2] - ground_z - BREAST_M) <= NEIGHBOURS_M[-1]
-    return bool((near & (measured.windows.evidence[stem] > 0.0)).any())
+    seen = measured.radii.source[stem] == MEASURED
+    return bool(near.any() and seen[near].mean() >= LEAST_SEEN)
+
+
+def _foot(axes: Axes, measured: Measured, ground_z: float) -> float:
+    """Radius of the bark that shows between ground and breast height, 0 where none does; metres.
+
+    Where nothing tells how fast the stem tapers from there, it may not have done so at all.
+    """
+    stem, windows = slice(int(axes.first[0]), int(axes.first[1])), measured.windows
+    shown = (windows.kind[stem] == CYLINDER) & (windows.evidence[stem] > 0.5)
+    shown &= axes.xyz[stem, 2] - ground_z < BREAST_M
+    square = windows.square[stem][shown]
+    return float(np.sqrt(max(np.quantile(square, 0.75), 0.0))) if len(square) >= 3 else 0.0
 
 
 def _unevenness(axes: Axes, measured: Measured, noise: float, ground_z: float) -> float:
@@ -173,5 +188,4 @@ def _interval(radius: float, error: float, source: int) -> tuple[float, float]:
     """90 % interval of the diameter; on a logarithmic scale where only allometry knows it."""
     if source == ALLOMETRIC:
         return allometric_interval(2 * radius)
-    error = max(error, GUESS * radius if source == PROPAGATED else 0.0)
     return 2 * max(radius - WITHIN_90 * error, 0.0), 2 * (radius + WITHIN_90 * error)

@@ -37,8 +37,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.cylinders.allometry import LOG_ERROR, WITHIN_90
+from pipeline.cylinders.habit import carried_length
 from pipeline.cylinders.measured import Measured
-from pipeline.cylinders.radii import carried_length
 from pipeline.geometry.axes import Axes
 from pipeline.geometry.estimates import MOMENTS, NONE
 from pipeline.model import ALLOMETRIC, TreeModel

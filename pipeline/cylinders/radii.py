@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from pipeline.cylinders.allometry import allometric_diameter
 from pipeline.cylinders.crown import Crown
+from pipeline.cylinders.habit import PIPE, carried_length, expected_square
+from pipeline.cylinders.support import measured_nodes
 from pipeline.geometry.axes import Axes
 from pipeline.geometry.compiled import compiled
 from pipeline.geometry.estimates import CYLINDER, MOMENTS, NONE
@@ -21,13 +23,11 @@ Ints = NDArray[np.int64]
 
 REWEIGHTS = 3
 AROUND = 6  # nodes to either side whose median a window is first held against
-PIPE = 1.0  # a branch's cross-section follows the length that it carries (pipe model)
 DOUBT = 0.15  # relative error of a squared radius from points that look like anything but bark
 WEAK = 0.25  # evidence below which a window does not count as bark
 SLIM_M = 0.015  # radii below this are left alone
-LEARN = 30  # nodes that it takes to learn the tree's habit
+FEW, MANY = 6, 14  # points that fit any cylinder, and that show one
 HABIT = 0.5  # relative spread of radii about that habit
-CARRIED_M = 0.05  # a tip carries something too
 GUESS = 0.3  # relative standard error of a radius that no points support
 
 
@@ -94,67 +94,27 @@ def smooth(axes: Axes, windows: Windows, *, noise: float, min_arc: float, crown:
         windows.spread / np.maximum(noise, 0.08 * np.sqrt(np.maximum(value, 0.0))) - 1.3, 0, 1
     )
     doubt = np.where(windows.kind == MOMENTS, 1.0 - windows.evidence, DOUBT * (1.0 - windows.evidence))
-    doubt = np.where(windows.kind == CYLINDER, np.maximum(doubt, loose_fit), doubt) * np.maximum(value, 0.0)
-    variance = variance + np.where(usable, doubt**2, 0.0)
-    expected = expected_square(axes, (value, variance, usable & ~loose), carried)
-    if expected is not None:
-        spread = (2.0 * HABIT * expected) ** 2
-        share = np.where(usable, spread / (spread + np.where(usable, variance, 1.0)), 1.0)
-        share[: int(axes.first[1])] = 1.0
-        value, variance = share * value + (1.0 - share) * expected, share * variance
+    # and few points fit any cylinder
+    few = np.clip((MANY - windows.count) / (MANY - FEW), 0.0, 1.0)
+    doubt = np.where(windows.kind == CYLINDER, np.maximum(np.maximum(doubt, loose_fit), few), doubt)
+    variance = variance + np.where(usable, (doubt * np.maximum(value, 0.0)) ** 2, 0.0)
+    expected = expected_square(axes, value, usable & ~loose & (few < 1.0), carried, stem)
+    spread = (2.0 * HABIT * expected) ** 2
+    own = np.where(usable, spread / (spread + np.where(usable, variance, 1.0)), 1.0)
+    own[: int(axes.first[1])] = 1.0
+    value, variance = own * value + (1.0 - own) * expected, own * variance
     if not is_measured:
         usable = usable & (windows.evidence >= WEAK)
         usable[: int(axes.first[1])] = False
     _smooth(axes.first, axes.foot, carried, (value, variance, usable), (square, weight), stem)
     wide_enough = (windows.arc >= min_arc) | (windows.kind == MOMENTS)
-    seen = usable & wide_enough & (windows.evidence >= WEAK) & (weight > 0.2)
+    bears = usable & wide_enough & (windows.evidence >= WEAK) & (weight > 0.2)
+    seen = measured_nodes(axes, windows.square, square, bears, own)
     other = PROPAGATED if is_measured else ALLOMETRIC
     source = np.where(seen, MEASURED, other).astype(np.uint8)
     radius = np.sqrt(np.maximum(square, 0.0))
-    error = np.where(seen, np.sqrt(variance) / np.maximum(2.0 * radius, 1e-3), GUESS * radius)
-    return Radii(square, source, error)
-
-
-def expected_square(
-    axes: Axes, windows: tuple[Floats, Floats, NDArray[np.bool_]], carried: Floats
-) -> Floats | None:
-    """Squared radius that the tree's own well measured branches suggest for every node.
-
-    A straight line through the logarithms of radius and carried length, by medians over classes of
-    length: each tree has its own pipe model. Noise then leaves thin twigs where their carried length
-    puts them.
-
-    Parameters
-    ----------
-    axes : Axes
-    windows : tuple
-        Squared radii, their variances, and which count.
-    carried : (M,) array
-        Length beyond every node, metres.
-
-    Returns
-    -------
-    (M,) array or None
-        None where too few nodes are measured.
-    """
-    value, _, usable = windows
-    known = usable.copy()
-    known[: int(axes.first[1])] = False  # the stem has a habit of its own
-    if np.count_nonzero(known) < LEARN:
-        return None
-    x, y = np.log(carried[known] + CARRIED_M), value[known]
-    group = np.floor(x / 0.5).astype(np.int64)
-    # medians of squares: noise makes some negative, and leaving those out would thicken twigs
-    rows = [
-        (np.median(x[group == g]), np.median(y[group == g]), np.sum(group == g)) for g in np.unique(group)
-    ]
-    middle, square, count = np.array([row for row in rows if row[2] >= 8 and row[1] > 0.0]).reshape(-1, 3).T
-    if len(middle) < 3:
-        return None
-    slope, level = np.polyfit(middle, np.log(square), 1, w=np.sqrt(count))
-    slope = min(max(float(slope), 0.0), 1.5)
-    level = float(np.average(np.log(square) - slope * middle, weights=count))
-    return np.asarray(np.exp(level + slope * np.log(carried + CARRIED_M)))
+    error = np.where(bears, np.sqrt(variance) / np.maximum(2.0 * radius, 1e-3), 0.0)
+    return Radii(square, source, np.where(seen, error, np.maximum(error, GUESS * radius)))
 
 
 def _lower_stem(axes: Axes, windows: Windows, crown_m: float) -> tuple[float, bool]:
@@ -167,24 +127,6 @@ def _lower_stem(axes: Axes, windows: Windows, crown_m: float) -> tuple[float, bo
         return float(np.median(windows.square[sure])), True
     tall = float(np.ptp(axes.xyz[:, 2]))
     return (allometric_diameter(tall, crown_m) / 2) ** 2, False
-
-
-def carried_length(axes: Axes) -> Floats:
-    """(M,) length of wood beyond every node, side branches included."""
-    step = np.linalg.norm(np.diff(axes.xyz, axis=0, prepend=axes.xyz[:1]), axis=1)
-    step[axes.first[:-1]] = 0.0
-    return _sum_beyond(step, axes.first, axes.foot)
-
-
-@compiled
-def _sum_beyond(step: Floats, first: Ints, foot: Ints) -> Floats:
-    beyond = np.zeros(len(step))
-    for b in range(len(first) - 2, -1, -1):  # branches come after the branch that they stand on
-        for i in range(first[b + 1] - 2, first[b] - 1, -1):
-            beyond[i] += beyond[i + 1] + step[i + 1]
-        if foot[b] >= 0:
-            beyond[foot[b]] += beyond[first[b]]
-    return beyond
 
 
 @compiled

@@ -9,35 +9,39 @@ from numpy.typing import NDArray
 
 from pipeline.geometry.compiled import compiled
 from pipeline.geometry.smoothing import falling, whittaker
+from pipeline.skeleton.rings import (
+    EMPTY,
+    INLIER,
+    LEAST_ARC,
+    LEAST_POINTS,
+    THINNEST,
+    first_circle,
+    next_circle,
+    tally,
+)
+
+__all__ = ["LEAST_POINTS", "SLAB_M", "STEP_M", "Stem", "find_stem"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Circle = tuple[float, float, float, float]  # centre (two), radius, score
 
-INLIER = 2.5  # noises within which a point is on the bark
 FIRST_SLAB_M = 1.5  # height of the slabs in which the first circle is sought
 SEARCHED = 0.5  # share of the height up to which it is sought
 SOUGHT_POINTS = 90  # points of a slab that circles are laid through, three by three
 WANTED = 20  # points that a slab on the way up should hold
 SLAB_M = (0.4, 1.5)  # least and largest height of such a slab
-LEAST_POINTS = 7  # on the bark of a slab
-LEAST_ARC = 0.4  # share of the circle's sectors that hold bark
-SECTORS = 8
-EMPTY = 0.2  # most points inside a circle, as a share of those on it
 CONTRAST = 8.0  # least density of points on the bark against that around it; random points reach 4
 LOST_M = 2.0  # the stem ends where no circle is found for so long
 LEAST_CIRCLES = 3  # fewer are chance
 WIDEST = 0.04  # largest radius as a share of the height, beside WIDEST_M
 WIDEST_M = 0.15
 STOUT = (1.2, 0.4)  # a radius is less than 1.2 of the first, times the share of height left to the 0.4
-THINNEST = 1.5  # noises below which a radius cannot be seen
 STEP_M = 0.1  # nodes of the stem
 LEAST_STEP_M = 0.01  # a foot nearer to the ground than this stands on it
 SURE_M = 2.0  # length over which the lowest direction is taken, and down which it holds
 ERROR = 1.3  # a radius' standard error in noises over the root of its points; the centre is unknown too
 OUT_OF_ROUND = 0.02  # share of the radius that even a perfect scan leaves open
 MICROMETRE = 6
-TINY = 1e-9  # square metres by which rounding might mistake a place for another
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +104,7 @@ def find_stem(xyz: Floats, ground_z: float, noise_m: float) -> Stem | None:
         slab = xyz[(xyz[:, 2] >= low) & (xyz[:, 2] < low + FIRST_SLAB_M)]
         if len(slab) >= LEAST_POINTS:
             stride = 1 + (len(slab) - 1) // SOUGHT_POINTS
-            a, b, r, _ = _first_circle(slab, np.ascontiguousarray(slab[::stride]), noise_m, widest)
+            a, b, r, _ = first_circle(slab, np.ascontiguousarray(slab[::stride]), noise_m, widest)
             if r > 0.0:
                 circles = _follow(xyz, np.array([a, b, low + FIRST_SLAB_M / 2]), r, noise_m)
                 stem = _clear_part(xyz, circles[np.argsort(circles[:, 2], kind="stable")], ground_z)
@@ -191,128 +195,6 @@ def _nearest_on(xyz: Floats, line: Floats) -> tuple[Ints, Floats, Floats]:
 
 
 @compiled
-def _first_circle(slab: Floats, chosen: Floats, noise: float, widest: float) -> Circle:
-    """Vote among all circles through three points; radius 0 where none has bark enough."""
-    best = (0.0, 0.0, 0.0, 0.0)
-    beside, reach = 4.0 * widest**2, (2.0 * widest + 2.0 * INLIER * noise) ** 2
-    for i in range(len(chosen)):
-        x, y, later = chosen[i, 0], chosen[i, 1], chosen[i + 1 :]
-        near = slab[(slab[:, 0] - x) ** 2 + (slab[:, 1] - y) ** 2 <= reach]  # no circle's points lie beyond
-        others = later[(later[:, 0] - x) ** 2 + (later[:, 1] - y) ** 2 <= beside]
-        for j in range(len(others)):
-            for k in range(j + 1, len(others)):
-                a, b, r = _through(chosen[i], others[j], others[k])
-                if r < 2.0 * THINNEST * noise or r > widest:
-                    continue
-                score = _score(near, (a, b, r), noise)
-                if score > best[3]:
-                    best = (a, b, r, score)
-    if best[3] > 0.0:
-        a, b, r = _refine(slab, best[:3], noise, best[:3], 10.0)
-        if _is_bark(slab, (a, b, r), noise):
-            return a, b, r, best[3]
-    return 0.0, 0.0, 0.0, 0.0
-
-
-@compiled
-def _through(p: Floats, q: Floats, s: Floats) -> tuple[float, float, float]:
-    """Circle through three points, in plan; radius 0 where they lie on a line."""
-    bx, by, cx, cy = q[0] - p[0], q[1] - p[1], s[0] - p[0], s[1] - p[1]
-    d = 2.0 * (bx * cy - by * cx)
-    if abs(d) < 1e-9:
-        return 0.0, 0.0, 0.0
-    x = (cy * (bx * bx + by * by) - by * (cx * cx + cy * cy)) / d
-    y = (bx * (cx * cx + cy * cy) - cx * (bx * bx + by * by)) / d
-    return p[0] + x, p[1] + y, np.sqrt(x * x + y * y)
-
-
-@compiled
-def _score(points: Floats, circle: tuple[float, float, float], noise: float) -> float:
-    """Bark on the circle, less what lies inside it; near misses count in part."""
-    a, b, r = circle
-    total, reach = 0.0, INLIER * noise
-    outside, inside = (r + reach) ** 2 + TINY, max(r - reach, 0.0) ** 2 - TINY
-    for i in range(len(points)):
-        x, y = points[i, 0] - a, points[i, 1] - b
-        square = x * x + y * y
-        if square > outside:
-            continue
-        if square < inside:
-            total -= 1.0
-            continue
-        off = (np.sqrt(square) - r) / reach
-        if abs(off) < 1.0:
-            total += (1.0 - off * off) ** 2
-        elif off < 0.0:
-            total -= 1.0
-    return total
-
-
-@compiled
-def _refine(
-    points: Floats,
-    start: tuple[float, float, float],
-    noise: float,
-    prior: tuple[float, float, float],
-    loose: float,
-) -> tuple[float, float, float]:
-    """Least squares on the points near the circle (Tukey's weights), drawn to `prior`.
-
-    `loose` is the prior's standard deviation, in radii.
-    """
-    a, b, r = start
-    for _ in range(12):
-        lhs, rhs = np.zeros((3, 3)), np.zeros(3)
-        hold = (noise / (loose * prior[2])) ** 2
-        goal = (prior[0] - a, prior[1] - b, prior[2] - r)
-        for k in range(3):
-            lhs[k, k], rhs[k] = hold, hold * goal[k]
-        for i in range(len(points)):
-            x, y = points[i, 0] - a, points[i, 1] - b
-            away = np.sqrt(x * x + y * y)
-            off = away - r
-            u = off / (2.0 * INLIER * noise)
-            if abs(u) >= 1.0 or away < 1e-9:
-                continue
-            w = (1.0 - u * u) ** 2
-            row = np.array([x / away, y / away, 1.0])
-            for k in range(3):
-                rhs[k] += w * row[k] * off
-                for m in range(3):
-                    lhs[k, m] += w * row[k] * row[m]
-        step = np.linalg.solve(lhs, rhs)
-        a, b, r = a + step[0], b + step[1], max(r + step[2], 0.5 * noise)
-    return a, b, r
-
-
-@compiled
-def _is_bark(points: Floats, circle: tuple[float, float, float], noise: float) -> bool:
-    """Whether enough points lie on the circle, all round enough, and few inside."""
-    on, inside, arc, _ = _tally(points, circle, noise)
-    return on >= LEAST_POINTS and arc >= LEAST_ARC and inside <= EMPTY * on
-
-
-@compiled
-def _tally(points: Floats, circle: tuple[float, float, float], noise: float) -> tuple[int, int, float, float]:
-    """Points on and inside the circle, share of the sectors with bark, robust misfit."""
-    a, b, r = circle
-    seen = np.zeros(SECTORS)
-    off = np.empty(len(points))
-    on, inside = 0, 0
-    for i in range(len(points)):
-        x, y = points[i, 0] - a, points[i, 1] - b
-        away = np.sqrt(x * x + y * y) - r
-        if abs(away) < INLIER * noise:
-            seen[int((np.arctan2(y, x) + np.pi) / (2.0 * np.pi) * SECTORS) % SECTORS] = 1.0
-            off[on] = abs(away)
-            on += 1
-        elif away < 0.0:
-            inside += 1
-    misfit = 1.4826 * float(np.median(off[:on])) if on else np.inf
-    return on, inside, float(seen.mean()), misfit
-
-
-@compiled
 def _walk(xyz: Floats, centre: Floats, known: tuple[float, float, float], sense: float) -> Floats:
     """Circles from the first one on, upwards (sense 1) or downwards (-1)."""
     first_radius, density, noise = known
@@ -330,8 +212,8 @@ def _walk(xyz: Floats, centre: Floats, known: tuple[float, float, float], sense:
         if (here[2] - edge) * sense > 0.0 or radius < THINNEST * noise:
             break
         slab = _around(xyz, here, lean, height, 2.0 * radius + 5.0 * noise)
-        a, b, r = _next_circle(slab, radius, noise)
-        on, inside, arc, misfit = _tally(slab, (a, b, r), noise)
+        a, b, r = next_circle(slab, radius, noise)
+        on, inside, arc, misfit = tally(slab, (a, b, r), noise)
         left = float(max(top - here[2], 0.0)) / float(max(top - centre[2], 1e-9))
         clear = r <= STOUT[0] * first_radius * left ** STOUT[1]
         if not (clear and on >= LEAST_POINTS - 2 and arc >= LEAST_ARC and inside <= EMPTY * on + 1.0):
@@ -359,22 +241,6 @@ def _around(xyz: Floats, here: Floats, lean: Floats, height: float, reach: float
             out[count, 0], out[count, 1] = x, y
             count += 1
     return out[:count]
-
-
-@compiled
-def _next_circle(slab: Floats, radius: float, noise: float) -> tuple[float, float, float]:
-    """Vote over centres and radii about the predicted circle, then refine."""
-    best, most = (0.0, 0.0, radius), -np.inf
-    for k in range(-3, 4):
-        r = radius * (1.0 + 0.08 * k)
-        for i in range(-4, 5):
-            for j in range(-4, 5):
-                a, b = 0.15 * i * radius, 0.15 * j * radius
-                value = _score(slab, (a, b, r), noise)
-                value -= 1.5 * (a * a + b * b) / (0.4 * radius) ** 2 + 0.5 * ((r / radius - 1.0) / 0.15) ** 2
-                if value > most:
-                    best, most = (a, b, r), value
-    return _refine(slab, best, noise, (best[0], best[1], radius), 0.3)
 
 
 @compiled

@@ -15,7 +15,8 @@ from pydantic import ValidationError
 
 from pipeline.cloud import CleanOptions, clean, read_cloud
 from pipeline.cloud.clumps import components
-from pipeline.cloud.leaves import FLOOR, LeafOptions, find_leaves, heaviest_part, line_scores
+from pipeline.cloud.leaves import LeafOptions, find_leaves, heaviest_part
+from pipeline.cloud.lines import FLOOR, line_scores
 from pipeline.geometry.voxels import first_in_cell
 from pipeline.synthetic import SampleOptions, TubeTreeOptions, grow_tubes, sample
 

@@ -4,12 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import pipeline
 from pipeline.cylinders.bark import shown_bark
 from pipeline.cylinders.breast import _bark_shows
 from pipeline.geometry.estimates import CYLINDER, MOMENTS, NONE
-from pipeline.model import PointCloud
+from pipeline.model import MEASURED, PROPAGATED, PointCloud
 from pipeline.synthetic import SampleOptions, TubeTreeOptions, grow_tubes, sample
 
 
@@ -42,18 +43,17 @@ def test_windows_in_the_parents_wood_count_for_nothing():
     assert shown([0, 0, 0, 1, 1, 1, 1, 1], kind) == [False] * 3 + [True] * 5
 
 
-def axes_and(evidence, *, in_leaf):
+def axes_and(seen_to):
+    """A stem of 3 m, measured from the foot up to a height."""
     height = np.arange(0.0, 3.0, 0.1)
     axes = SimpleNamespace(first=np.array([0, 30]), xyz=np.column_stack([0 * height, 0 * height, height]))
-    windows = SimpleNamespace(evidence=np.where(height > evidence, 0.0, 1.0))
-    return axes, SimpleNamespace(windows=windows, crown=SimpleNamespace(in_leaf=in_leaf))
+    source = np.where(height <= seen_to, MEASURED, PROPAGATED)
+    return axes, SimpleNamespace(radii=SimpleNamespace(source=source))
 
 
-@pytest.mark.parametrize(
-    ("up_to", "in_leaf", "expected"), [(2, True, True), (0.5, True, False), (0.5, False, True)]
-)
-def test_a_ring_in_leaf_is_bark_where_the_stem_shows_bark(up_to, in_leaf, expected):
-    axes, measured = axes_and(up_to, in_leaf=in_leaf)
+@pytest.mark.parametrize(("seen_to", "expected"), [(2, True), (1.35, True), (1.0, False), (0.5, False)])
+def test_a_ring_is_bark_where_half_of_the_stem_around_it_is_measured(seen_to, expected):
+    axes, measured = axes_and(seen_to)
     assert _bark_shows(axes, measured, 0.0) is expected
 
 
@@ -82,16 +82,35 @@ def test_the_stem_is_found_inside_a_curtain_of_leaves(share):
     assert trunk.lo_m <= 0.174 <= trunk.hi_m
 
 
-def test_a_curtain_alone_leaves_the_diameter_wide_open():
-    trunk = pipeline.reconstruct(curtained(0.0)).trunk
-    assert trunk.lo_m <= 0.174 <= trunk.hi_m
-    assert trunk.hi_m - trunk.lo_m > 0.3 * trunk.dbh_m
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_curtain_alone_measures_nothing(seed):
+    tree = pipeline.reconstruct(curtained(0.0, seed))
+    assert tree.trunk.source == "propagated"
+    assert tree.trunk.arc_deg == 0.0
+    assert tree.trunk.lo_m <= 0.174 <= tree.trunk.hi_m
+    assert tree.trunk.hi_m - tree.trunk.lo_m > 0.3 * tree.trunk.dbh_m
+    claimed = tree.radius_source == MEASURED
+    in_curtain = tree.skeleton.world[:, 2] > 0.8
+    length = tree.skeleton.length
+    assert length[claimed & in_curtain].sum() < 0.2 * length[in_curtain].sum()
 
 
-def test_leaves_do_not_thicken_the_twigs_that_they_hang_on():
-    tree = grow_tubes(TubeTreeOptions(seed=3, height_m=5.0, trunk_radius_m=0.08))
-    wood = sample(tree, options=SampleOptions(seed=3)).xyz
-    rng = np.random.default_rng(3)
+def along(tree):
+    """Axis points every centimetre or so: place, radius and the node that each belongs to."""
+    graph = tree.skeleton
+    start, end = graph.world[graph.parent[1:]], graph.world[1:]
+    count = np.maximum(np.ceil(graph.length[1:] / 0.01), 1).astype(int)
+    owner = np.repeat(np.arange(len(count)), count)
+    share = (np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[owner]
+    radius = (1 - share) * tree.start_radius[1:][owner] + share * tree.radius[1:][owner]
+    return start[owner] + share[:, None] * (end - start)[owner], radius, owner + 1
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_leaves_do_not_thicken_the_twigs_that_they_hang_on(seed):
+    tree = grow_tubes(TubeTreeOptions(seed=seed, height_m=5.0, trunk_radius_m=0.08))
+    wood = sample(tree, options=SampleOptions(seed=seed)).xyz
+    rng = np.random.default_rng(seed)
     twig = tree.radius < 0.006
     at = tree.skeleton.xyz[twig][rng.integers(0, twig.sum(), 3000)]
     at = np.repeat(at + rng.normal(0, 0.03, at.shape), 20, axis=0)
@@ -99,6 +118,16 @@ def test_leaves_do_not_thicken_the_twigs_that_they_hang_on():
     found = pipeline.reconstruct(PointCloud(xyz, np.zeros(3), None))
     assert "leafy" in found.metadata["flags"]
     low, high = found.metadata["volume_interval_l"]
-    true = 1000 * tree.volume.sum()
-    assert low <= true <= high
-    assert found.volume.sum() == pytest.approx(tree.volume.sum(), rel=0.15)
+    assert low <= 1000 * tree.volume.sum() <= high
+    assert found.volume.sum() == pytest.approx(tree.volume.sum(), rel=0.02)
+    axis, radius, _ = along(tree)
+    place, model, node = along(found)
+    gap, nearest = cKDTree(axis).query(place)
+    true = radius[nearest]
+    thin, thick = true < 0.006, true > 0.015
+    assert np.sqrt(np.mean(model[thin] ** 2) / np.mean(true[thin] ** 2)) == pytest.approx(1.0, abs=0.15)
+    claimed = found.radius_source[node] == MEASURED
+    assert claimed[thick].mean() > 0.9
+    assert claimed[thin].mean() < 0.01
+    on_wood = gap[claimed] < np.maximum(1.2 * true[claimed], true[claimed] + 0.01)
+    assert np.mean(on_wood & (np.abs(np.log(model[claimed] / true[claimed])) < 0.4)) > 0.97

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from pipeline.cloud import clean, read_cloud
 from pipeline.errors import NotATreeError
 from pipeline.model import PointCloud, Skeleton, TreeModel
-from pipeline.skeleton import greedy, stem
+from pipeline.skeleton import greedy, joining, rings
 from pipeline.skeleton.greedy import GreedyOptions, by_greedy
 from pipeline.skeleton.stem import find_stem
 from pipeline.synthetic import SampleOptions, TubeTreeOptions, grow_tubes, sample
@@ -191,7 +191,7 @@ def test_offers_are_the_formula() -> None:
     points, node = rng.normal(0, 1, (50, 3)), rng.normal(0, 1, (1, 3))
     heading = np.array([[0.0, 0.6, 0.8]])
     best, via = np.full(50, 1.2), np.full(50, -1)
-    greedy._offer(0, points, np.arange(50), (0.45, 0.3), (node, np.array([2.0]), heading), (best, via))
+    joining._offer(0, points, np.arange(50), (0.45, 0.3), (node, np.array([2.0]), heading), (best, via))
     d = np.linalg.norm(points - node, axis=1)
     cost = d**1.5 + 0.45 * 2.0 + 0.3 * (d - (points - node) @ heading[0])
     np.testing.assert_allclose(best, np.minimum(cost, 1.2))
@@ -201,9 +201,9 @@ def test_offers_are_the_formula() -> None:
 def test_a_circle_goes_through_its_points() -> None:
     angle = np.array([0.3, 1.1, 2.9])
     ring = np.column_stack([2 + 0.2 * np.cos(angle), 3 + 0.2 * np.sin(angle), angle])
-    np.testing.assert_allclose(stem._through(*ring), (2.0, 3.0, 0.2))
+    np.testing.assert_allclose(rings._through(*ring), (2.0, 3.0, 0.2))
     line = np.column_stack([angle, 2 * angle, angle])
-    assert stem._through(*line)[2] == 0.0
+    assert rings._through(*line)[2] == 0.0
 
 
 def test_half_a_ring_with_twigs_inside_is_refined() -> None:
@@ -211,7 +211,7 @@ def test_half_a_ring_with_twigs_inside_is_refined() -> None:
     angle = np.linspace(0, np.pi, 40)
     ring = 0.2 * np.column_stack([np.cos(angle), np.sin(angle)]) + rng.normal(0, 0.01, (40, 2))
     twigs = rng.uniform(0.3, 0.5, (10, 2))
-    a, b, r = stem._refine(np.vstack([ring, twigs]), (0.02, -0.02, 0.18), 0.01, (0.0, 0.0, 0.2), 10.0)
+    a, b, r = rings._refine(np.vstack([ring, twigs]), (0.02, -0.02, 0.18), 0.01, (0.0, 0.0, 0.2), 10.0)
     np.testing.assert_allclose((a, b, r), (0.0, 0.0, 0.2), atol=0.015)
 
 
