@@ -49,7 +49,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         if temporary is not None and _is_elsewhere(error, target):
             raise
         reason = error.strerror or str(error)
-        msg = f"{target}: cannot be written ({reason}); free space or choose another folder with --out"
+        msg = f"{target}: cannot be written ({reason}); free space, or write it to another folder"
         raise OutputError(msg) from error
     finally:
         if temporary is not None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.option(
     "-o", "--out", "folder", type=options.FILE, required=True, metavar="DIR", help="Where to write."
 )
-@options.formats
+@options.formats()
 @options.settings
 @options.overwrite
 @options.messages

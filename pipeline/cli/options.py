@@ -22,8 +22,12 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 FILE = click.Path(path_type=Path)
 
 overwrite = click.option("--overwrite", is_flag=True, help="Write over results that are there.")
-formats = click.option("--formats", metavar="LIST", help="Comma list of formats.")
-method = click.option("--method", metavar="NAME", help="Skeleton method, the setting skeleton.method.")
+method = click.option(
+    "--method",
+    metavar="NAME",
+    help="Skeleton method, the setting skeleton.method: auto (the usual one), geodesic, greedy, mst, "
+    "space-colonization or minimal-length.",
+)
 ground = click.option(
     "--ground", type=FILE, metavar="FILE", help="Points of the ground, where they are apart."
 )
@@ -36,6 +40,15 @@ LSYSTEM_SUFFIXES = (".ls.json", ".ls.json.zst")
 def output(example: str) -> Callable[[Command], Command]:
     """Add -o, the file to be written."""
     return click.option("-o", "--output", "target", type=FILE, required=True, help=f"Result, {example}.")
+
+
+def formats(*, usual: str = "lsjson,cityjson,skeleton,mesh,qsm") -> Callable[[Command], Command]:
+    """Add --formats, and tell all there are; `usual` is what is written where none is named."""
+    told = (
+        "Comma list of lsjson, cityjson, skeleton, mesh, qsm, obj, glb, swc, treefile, treeqsm, "
+        f"simpleforest, mtg, lstring, gpkg, lsjson-zst, npz.  [default: {usual}]"
+    )
+    return click.option("--formats", metavar="LIST", help=told)
 
 
 def lsystem_output(function: Command) -> Command:
@@ -102,7 +115,13 @@ def warn_if_flat(file: Path, model: TreeModel | Skeleton) -> None:
 
 def with_method(config: Config, name: str | None) -> Config:
     """Return the config with another skeleton method, where one is named."""
-    return config.with_settings([f"skeleton.method={name}"]) if name is not None else config
+    if name is None:
+        return config
+    try:
+        return config.with_settings([f"skeleton.method={name}"])
+    except UsageError as error:
+        msg = str(error).replace("--set: skeleton.method =", "--method", 1)
+        raise UsageError(msg) from error
 
 
 def check_target(target: Path, suffixes: Sequence[str], *, overwrite: bool) -> None:

@@ -27,7 +27,7 @@ def command() -> None:
     """Keep references of trees, and check today's output against them."""
 
 
-@command.command("accept")
+@command.command("accept", short_help="Keep the trees of a run as references.")
 @click.argument("models", type=options.FILE, metavar="MODELDIR")
 @refs
 @click.option("--only", metavar="NAME", help="Accept this tree alone.")
@@ -41,7 +41,7 @@ def accept(models: Path, references: Path, only: str | None, note: str) -> None:
         click.echo(references / name)
 
 
-@command.command("run")
+@command.command("run", short_help="Check today's output against the references.")
 @refs
 @click.option("--out", type=options.FILE, required=True, metavar="DIR", help="Where the reports go.")
 @click.option("--clouds", type=options.FILE, metavar="DIR", help="Where the clouds are, by name.")

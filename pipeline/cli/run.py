@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.argument("clouds", nargs=-1, required=True, type=options.FILE, metavar="CLOUD...")
 @click.option("--out", type=options.FILE, required=True, metavar="DIR", help="Where to write.")
 @options.settings
-@options.formats
+@options.formats()
 @options.method
 @click.option("--crs", metavar="EPSG:N", help="Reference system of clouds that name none.")
 @options.ground

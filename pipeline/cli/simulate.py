@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @click.option(
     "--every", type=click.IntRange(1), default=5, show_default=True, metavar="K", help="Years between models."
 )
-@options.formats
+@options.formats(usual="lsjson")
 @click.option("--picture/--no-picture", default=True, help="Draw the years, and a film.  [default: picture]")
 @options.overwrite
 @options.messages

@@ -138,7 +138,7 @@ def _grown(grower: Kind, chosen: Options) -> TreeModel:
         return grower.grow(chosen, lambda step: bar.update(1000 * step.done // step.iterations - bar.pos))
 
 
-@command.command("scan")
+@command.command("scan", short_help="Scan a tree by following every beam.")
 @click.argument("model", type=options.FILE)
 @click.option(
     "--kind",
@@ -225,7 +225,7 @@ def _told(given: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in given.items() if value is not None}
 
 
-@command.command("suite")
+@command.command("suite", short_help="Scan, reconstruct and score trees of every kind.")
 @click.option(
     "-o", "--out", type=options.FILE, required=True, metavar="DIR", help="Where scans and results go."
 )

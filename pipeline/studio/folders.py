@@ -44,6 +44,23 @@ class Folders:
             raise UsageError(msg)
         return real
 
+    def read(self, path: Path, most: int) -> bytes:
+        """Return the first bytes of a file, at most so many.
+
+        Raises
+        ------
+        UsageError
+            If it lies outside the folders.
+        InputMissingError
+            If it cannot be read.
+        """
+        try:
+            with self.inside(path).open("rb") as file:
+                return file.read(most)
+        except OSError as error:
+            msg = f"{path}: cannot be read ({error.strerror}); check the name and who may read it"
+            raise InputMissingError(msg) from error
+
     def to_write(self, name: str) -> Path:
         """Return where a result of that name goes.
 

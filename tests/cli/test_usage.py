@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -10,6 +11,8 @@ import pytest
 
 import pipeline
 from pipeline.cli.main import COMMANDS
+from pipeline.exchange import DEFAULT_FORMATS, FORMATS
+from pipeline.skeleton import METHODS
 
 HEAVY = ("numpy", "scipy", "numba", "laspy", "pydantic", "pyvista", "multiprocessing.context")
 
@@ -49,7 +52,10 @@ def test_every_command_explains_itself(call, name):
         (["run", "{cloud}", "--out", "{out}", "--set", "clean.voxel_m=-1"], "clean.voxel_m"),
         (["run", "{cloud}", "--out", "{out}", "--preset", "nonsense"], "nonsense"),
         (["run", "{cloud}", "--out", "{out}", "--config", "{out}.toml"], "--config"),
-        (["run", "{cloud}", "--out", "{out}", "--method", "magic"], "skeleton.method"),
+        (
+            ["run", "{cloud}", "--out", "{out}", "--method", "magic"],
+            "--method 'magic' is not allowed",
+        ),
         (["run", "{cloud}", "--out", "{out}", "--crs", "28992"], "EPSG:28992"),
         (["run", "{cloud}", "--out", "{out}", "--crs", "EPSG:1"], "EPSG:28992"),
         (["run", "{cloud}", "--out", "{out}", "--workers", "0"], "--workers"),
@@ -70,6 +76,14 @@ def test_wrong_usage(call, tmp_path, sapling, arguments, words):
     assert len(result.stderr.splitlines()) == 1
     assert words in result.stderr
     assert not out.exists()
+
+
+def test_help_names_every_format_and_method(call):
+    told = " ".join(call("run", "--help").stdout.split())
+    named = re.search(r"Comma list of (.*?)\. +\[default: (\S+)\]", told)
+    assert set(named[1].split(", ")) == set(FORMATS)
+    assert tuple(named[2].split(",")) == DEFAULT_FORMATS
+    assert all(method in told.replace("- ", "-") for method in METHODS)  # a line may end in a hyphen
 
 
 def test_results_are_not_overwritten_unasked(call, made, sapling):

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import io
 import re
-import tempfile
 import tomllib
-import zipfile
 from contextlib import suppress
 from pathlib import Path
 
-from pipeline.errors import InputFormatError, InputMissingError, UsageError
-from pipeline.exchange import FORMATS, SURFACES, write, write_surface
+from pipeline.errors import InputFormatError, UsageError
+from pipeline.exchange import SURFACES, write, write_surface
+from pipeline.studio.downloads import packed_as
 from pipeline.studio.folders import Folders
 from pipeline.studio.modeller.modelling import Modelled
 from pipeline.studio.modeller.parameters import options_of
@@ -69,13 +67,7 @@ def open_parameters(path: Path, folders: Folders) -> ColonizationOptions:
     InputMissingError, InputFormatError, UsageError
         If it is not there, cannot be read, or lies elsewhere.
     """
-    try:
-        with folders.inside(path).open("rb") as file:
-            content = file.read(MOST_BYTES + 1)
-    except OSError as error:
-        msg = f"{path}: cannot be read ({error.strerror}); check the name and who may read it"
-        raise InputMissingError(msg) from error
-    return read_parameters(content, str(path), folders)
+    return read_parameters(folders.read(path, MOST_BYTES + 1), str(path), folders)
 
 
 def holds_events(path: Path) -> bool:
@@ -112,17 +104,4 @@ def packed(modelled: Modelled, format_name: str, stem: str) -> tuple[str, bytes]
     UsageError
         If there is no such format.
     """
-    if format_name not in FORMATS:
-        msg = f"unknown format {format_name!r}; known: {', '.join(FORMATS)}"
-        raise UsageError(msg)
-    with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / f"{stem}{FORMATS[format_name].suffix}"
-        write_model(modelled, target)
-        made = sorted(Path(folder).iterdir())
-        if len(made) == 1:
-            return made[0].name, made[0].read_bytes()
-        bundle = io.BytesIO()
-        with zipfile.ZipFile(bundle, "w", zipfile.ZIP_DEFLATED) as archive:
-            for file in made:
-                archive.write(file, file.name)
-        return f"{target.name}.zip", bundle.getvalue()
+    return packed_as(format_name, stem, lambda target: write_model(modelled, target))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -14,15 +13,14 @@ from numpy.typing import NDArray
 from pipeline.mesh import Mesh
 from pipeline.mesh.triangles import with_normals
 from pipeline.model import Floats
+from pipeline.studio.canvas import empty_plotter
 from pipeline.studio.modeller.modelling import Modelled
 from pipeline.studio.modeller.pictures import Pixels
 from pipeline.synthetic.colonization.painting import leaf_picture
-from pipeline.view.graphics import NoGraphicsError, prepare
 
 Twigs = tuple[Floats, NDArray[np.integer]]
 """Nodes and their parents."""
 
-SKY, HORIZON = "#dfe7ee", "#f7f7f4"
 POINTS_RGB = (0.16, 0.42, 0.68)
 TWIGS_RGB = (0.35, 0.25, 0.16)
 POINT_PX = 3
@@ -49,11 +47,7 @@ class Scene:
     """
 
     def __init__(self) -> None:
-        with suppress(NoGraphicsError):  # nothing is drawn here, so that none is needed
-            prepare()
-        plotter: Any = pv.Plotter
-        self.plotter = plotter(off_screen=True)
-        self.plotter.set_background(HORIZON, top=SKY)
+        self.plotter = empty_plotter()
         self.bark, self.leaves = self._actor(lighting=True), self._actor(lighting=True)
         self._twigs, self._points = self._actor(lighting=False), self._actor(lighting=False)
         self._twigs.prop.color, self._points.prop.color = TWIGS_RGB, POINTS_RGB

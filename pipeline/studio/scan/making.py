@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, ParamSpec, TypeVar
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from pipeline.accuracy import Comparison, compare, compare_cloud
 from pipeline.accuracy.bark import nearest_bark
 from pipeline.accuracy.wood import wood_of
-from pipeline.cloud import clean
+from pipeline.cloud import clean, read_cloud
 from pipeline.config import Config
 from pipeline.errors import NotATreeError
 from pipeline.exchange import read_model
@@ -23,29 +23,12 @@ from pipeline.jobs.naming import named
 from pipeline.model import Floats, PointCloud, Skeleton, TreeModel
 from pipeline.report import report
 from pipeline.run import reconstruct
-from pipeline.store import Artefact, Store
+from pipeline.store import Artefact
 from pipeline.studio.folders import Folders
+from pipeline.studio.scan.beside import NOTHING_BESIDE, Beside
 from pipeline.studio.scan.fields import TABLES
 from pipeline.studio.scan.opening import Opened, open_scan
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
-Stage = Literal["read", "clean", "skeleton", "fit", "sort", "distances", "compare"]
-
-STAGES: Mapping[Stage, str] = {
-    "read": "reading the file",
-    "clean": "cleaning the points",
-    "skeleton": "extracting the skeleton",
-    "fit": "fitting cylinders",
-    "sort": "telling leaves from wood",
-    "distances": "measuring distances",
-    "compare": "comparing the models",
-}
-"""What is done, in the order of the doing, in words."""
-
-MAKING = ("clean", "skeleton", "fit")
-"""Stages whose seconds are the report's."""
+from pipeline.studio.scan.stages import MAKING, Caller, Stage, Stages, at_once
 
 SAME_M = 1e-4  # cleaning moves points to a raster of a hundredth of a millimetre
 KEPT = 6  # results that are kept, so that undo is quick
@@ -101,6 +84,8 @@ class Wish(NamedTuple):
         The model to compare with: a file, or the result of other options.
     aligned : bool
         Whether the model is moved so that its root is that of the other one, for the comparison.
+    beside : Beside
+        What is known beside the points.
     """
 
     path: Path
@@ -108,6 +93,7 @@ class Wish(NamedTuple):
     config: Config | None = None
     other: Path | Config | None = None
     aligned: bool = False
+    beside: Beside = NOTHING_BESIDE
 
 
 class Shown(NamedTuple):
@@ -118,16 +104,6 @@ class Shown(NamedTuple):
     result: Result
     other: Result | None = None
     compared: Comparison | None = None
-
-
-Caller = Callable[..., Any]
-"""Calls a function somewhere, given what is called all the while: `Elsewhere.call`, or `at_once`."""
-
-
-def at_once(function: Callable[P, R], wanted: Callable[[], None], *inputs: P.args, **named: P.kwargs) -> R:
-    """Call a function in this process."""
-    wanted()
-    return function(*inputs, **named)
 
 
 class Maker:
@@ -143,7 +119,9 @@ class Maker:
     def __init__(self, folders: Folders, call: Caller = at_once) -> None:
         self._folders, self._call = folders, call
         self._opened: tuple[tuple[Path, int], Opened] | None = None
-        self._store = _Stages(call)
+        self._store = Stages(call)
+        self._ground: PointCloud | None = None
+        self._beside: tuple[Beside, Opened | None] = NOTHING_BESIDE, None
         self._results: OrderedDict[str, tuple[Result, dict[str, Artefact]]] = OrderedDict()
 
     def make(self, wish: Wish, told: Callable[[Stage], None]) -> Shown:
@@ -161,7 +139,7 @@ class Maker:
             If a file cannot be read, or the points make no tree.
         """
         self._store.begin(told)
-        opened = self._open(wish, told)
+        opened = self._know(self._open(wish, told), wish.beside)
         config = wish.config or opened.config
         with named(opened.path):
             result = self._result(opened, config)
@@ -184,11 +162,27 @@ class Maker:
             opened = open_scan(
                 wish.path, self._folders, lambda reader, path: self._store.do("read", reader, path)
             )
-            self._store = _Stages(self._call)
+            self._store = Stages(self._call)
             self._store.begin(told)
             self._results.clear()
+            self._ground, self._beside = None, (NOTHING_BESIDE, None)
             self._opened = key, opened
         return self._opened[1]
+
+    def _know(self, opened: Opened, beside: Beside) -> Opened:
+        """Add what is known beside the points; what was made without it is not kept."""
+        if beside == self._beside[0]:
+            return self._beside[1] or opened
+        if opened.cloud is None:
+            msg = f"{opened.path}: has no points, so that nothing can be told of them; open the cloud instead"
+            raise NotATreeError(msg)
+        ground = (
+            self._store.do("read", read_cloud, self._folders.inside(beside.ground)) if beside.ground else None
+        )
+        told = replace(opened, cloud=beside.known(opened.cloud)) if beside != NOTHING_BESIDE else None
+        self._results.clear()
+        self._ground, self._beside = ground, (beside, told)
+        return told or opened
 
     def _other(self, path: Path) -> Result:
         """Read a second model."""
@@ -210,54 +204,28 @@ class Maker:
 
     def _made(self, opened: Opened, config: Config) -> Result:
         store, cloud = self._store, opened.cloud
-        if opened.model is not None and (cloud is None or same_stages(config, opened.config)):
+        as_told = self._beside[0] == NOTHING_BESIDE and same_stages(config, opened.config)
+        if opened.model is not None and (cloud is None or as_told):
             if not same_stages(config, opened.config):
                 msg = "there are no points to reconstruct from; open the cloud instead"
                 raise NotATreeError(msg)
             tree: TreeModel | Skeleton = opened.model
             figures = opened.written or figures_of(tree, opened.name)
         else:
-            tree = reconstruct(cloud, config, store)  # type: ignore[arg-type]  # what is no model has a cloud
+            tree = reconstruct(cloud, config, store, self._ground)  # type: ignore[arg-type]  # what is no model has a cloud
             seconds = {name: took for name, took in store.seconds.items() if name in MAKING}
             known = report(tree, name=opened.name, seconds=seconds, config_hash=config.config_hash)
             figures = {key: value for key, value in known.to_dict().items() if key != "peak_rss_mb"}
         if cloud is None:
             return Result(opened.name, tree, config, figures)
-        used = store.remember("clean", clean, cloud, None, options=config.clean)
+        used = store.remember("clean", clean, cloud, self._ground, options=config.clean)
         whole = None
         if used.metadata["dropped"]["leaf"]:
             kept = config.clean.model_copy(update={"leaves": "keep"})
-            whole = store.remember("sort", clean, cloud, None, options=kept)
+            whole = store.remember("sort", clean, cloud, self._ground, options=kept)
         leaves, rest = store.remember("rest", sorted_points, cloud, whole, used)
         off, near = store.remember("distances", distances, tree, used)
         return Result(opened.name, tree, config, figures, used, leaves, rest, off, near, tuple(store.made))
-
-
-class _Stages(Store):
-    """A store that tells what it does, does it elsewhere, and knows what it did not do again."""
-
-    def __init__(self, call: Caller) -> None:
-        super().__init__()
-        self._call = call
-        self._told: Callable[[Stage], None] = lambda _stage: None
-        self.made: list[str] = []
-
-    def begin(self, told: Callable[[Stage], None]) -> None:
-        """Begin to make something, and to tell somebody."""
-        self._told, self.made = told, []
-
-    def do(self, stage: Stage, function: Callable[P, R], *inputs: P.args, **named: P.kwargs) -> R:
-        """Return what a function makes, told as a stage."""
-        made: R = self._call(function, lambda: self._told(stage), *inputs, **named)
-        return made
-
-    def clock(self, name: str, function: Callable[..., R], *inputs: Any, **keywords: Any) -> R:
-        """Do something elsewhere; its seconds are those of this time."""
-        stage: Stage = name if name in STAGES else "sort"  # type: ignore[assignment]  # a key of STAGES
-        self.seconds.pop(name, None)
-        made: R = super().clock(name, self.do, stage, function, *inputs, **keywords)
-        self.made.append(name)
-        return made
 
 
 def sorted_points(cloud: PointCloud, whole: PointCloud | None, used: PointCloud) -> tuple[Floats, Floats]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -11,15 +10,14 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from pipeline.model import Floats, Skeleton, TreeModel
+from pipeline.studio.canvas import empty_plotter
 from pipeline.studio.scan.colouring import LEAF, PAIR, REST, Legend, Mode, graph_of, painted, plain
 from pipeline.studio.scan.making import Result, Shown
 from pipeline.studio.scan.shapes import Shape, axes, cylinders, evenly, shares, zero_of
-from pipeline.view.graphics import NoGraphicsError, prepare
 
 Together = Literal["over", "side"]
 """How two models are shown: one over the other in two colours, or side by side."""
 
-SKY, HORIZON = "#dfe7ee", "#f7f7f4"
 AMBIENT, DIFFUSE = 0.35, 0.8
 POINT_PX, LINE_PX = 2, 2
 BESIDE = (0.7, -3.4, 0.45)
@@ -58,11 +56,7 @@ class ScanScene:
     """
 
     def __init__(self) -> None:
-        with suppress(NoGraphicsError):  # nothing is drawn here, so that none is needed
-            prepare()
-        plotter: Any = pv.Plotter
-        self.plotter = plotter(off_screen=True)
-        self.plotter.set_background(HORIZON, top=SKY)
+        self.plotter = empty_plotter()
         self._actors = {name: self._actor(name) for name in (*LAYERS, *SECOND)}
         self._held: dict[str, bool] = {}
         self._shapes: dict[str, tuple[object, bytes, Shape]] = {}

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import io
-import tempfile
-import zipfile
 from pathlib import Path
 from typing import Any, Literal
 
 from pipeline.config import Config
 from pipeline.errors import UsageError
-from pipeline.exchange import FORMATS, write
+from pipeline.exchange import write
 from pipeline.model import TreeModel
+from pipeline.studio.downloads import packed_as
 from pipeline.studio.folders import Folders
 from pipeline.studio.history import History
+from pipeline.studio.scan.beside import NOTHING_BESIDE, Beside
 from pipeline.studio.scan.fields import changed, reset
 from pipeline.studio.scan.making import Shown, Wish
 
@@ -21,7 +20,7 @@ Against = Path | Literal["before", "start"] | None
 """What to compare with: a file, the result before the last change, or that of the options at the start."""
 
 
-_Place = tuple[Path | None, int, History[Config] | None, Against]
+_Place = tuple[Path | None, int, History[Config] | None, Against, Beside]
 
 
 class ScanSession:
@@ -39,6 +38,8 @@ class ScanSession:
         None until it is known what options a file was made with.
     against : Path or str or None
     aligned : bool
+    beside : Beside
+        What is known of the tree beside its points.
     shown : Shown or None
         What was made last.
     """
@@ -49,9 +50,10 @@ class ScanSession:
         self.history: History[Config] | None = None
         self.against: Against = None
         self.aligned = False
+        self.beside = NOTHING_BESIDE
         self.shown: Shown | None = None
         self._turn = self._turns = 0
-        self._before: _Place = (None, 0, None, None)
+        self._before: _Place = (None, 0, None, None, NOTHING_BESIDE)
 
     @property
     def config(self) -> Config:
@@ -73,9 +75,10 @@ class ScanSession:
         """
         real = self.folders.inside(path)
         if self.history is not None:
-            self._before = (self.path, self._turn, self.history, self.against)
+            self._before = (self.path, self._turn, self.history, self.against, self.beside)
         self._turns += 1
-        self.path, self._turn, self.history, self.against = real, self._turns, None, None
+        self.path, self._turn, self.history = real, self._turns, None
+        self.against, self.beside = None, NOTHING_BESIDE
 
     def change(self, key: str, given: Any) -> bool:
         """Give an option another value, as part of one gesture; return whether that is another one.
@@ -122,12 +125,28 @@ class ScanSession:
         """
         self.against = self.folders.inside(against) if isinstance(against, Path) else against
 
+    def know(self, **given: Any) -> None:
+        """Tell what is known beside the points: fields of `Beside`.
+
+        Raises
+        ------
+        UsageError
+            If nothing is opened, or the ground lies outside the folders.
+        """
+        if self.history is None:
+            msg = "nothing is opened yet; open a cloud first"
+            raise UsageError(msg)
+        beside = self.beside._replace(**given)
+        if beside.ground is not None:
+            beside = beside._replace(ground=self.folders.inside(beside.ground))
+        self.beside = beside
+
     def wish(self) -> Wish | None:
         """Return what is to be shown."""
         if self.path is None:
             return None
         config = self.history.present if self.history else None
-        return Wish(self.path, self._turn, config, self._other(), self.aligned)
+        return Wish(self.path, self._turn, config, self._other(), self.aligned, self.beside)
 
     def take(self, shown: Shown) -> bool:
         """Take over what was made; return whether it is of another file than what was shown before."""
@@ -148,7 +167,9 @@ class ScanSession:
     def fail(self) -> None:
         """Forget what cannot be made: another file, or one to compare with; options can be undone."""
         if self.history is None:
-            self.path, self._turn, self.history, self.against = self._before
+            self.path, self._turn, self.history, self.against, self.beside = self._before
+        elif self.shown is not None and self.beside != self.shown.wish.beside:
+            self.beside = self.shown.wish.beside
         elif isinstance(self.against, Path) and (self.shown is None or self.shown.wish.other != self.against):
             self.against = None
 
@@ -189,17 +210,4 @@ def packed(tree: TreeModel, format_name: str, stem: str, config: Config) -> tupl
     UsageError
         If there is no such format.
     """
-    if format_name not in FORMATS:
-        msg = f"unknown format {format_name!r}; known: {', '.join(FORMATS)}"
-        raise UsageError(msg)
-    with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / f"{stem}{FORMATS[format_name].suffix}"
-        write(tree, target, config)
-        made = sorted(Path(folder).iterdir())
-        if len(made) == 1:
-            return made[0].name, made[0].read_bytes()
-        bundle = io.BytesIO()
-        with zipfile.ZipFile(bundle, "w", zipfile.ZIP_DEFLATED) as archive:
-            for file in made:
-                archive.write(file, file.name)
-        return f"{target.name}.zip", bundle.getvalue()
+    return packed_as(format_name, stem, lambda target: write(tree, target, config))

@@ -8,19 +8,30 @@ from typing import Any
 
 from pipeline.errors import PipelineError
 from pipeline.model import TreeModel
-from pipeline.studio.scan import layout
+from pipeline.studio.scan import layout, panels
+from pipeline.studio.scan.beside import species, system
 from pipeline.studio.scan.elsewhere import Elsewhere
 from pipeline.studio.scan.fields import FIELDS
 from pipeline.studio.scan.listing import Entry, entries, kind_of
-from pipeline.studio.scan.making import Maker, Shown, Stage, Wish
+from pipeline.studio.scan.making import Maker, Shown, Wish
 from pipeline.studio.scan.scene import LAYERS, ScanScene
 from pipeline.studio.scan.session import Against, ScanSession, packed
-from pipeline.studio.scan.telling import NOTHING, START, options_of, picture_of, progress_of, result_of
+from pipeline.studio.scan.stages import Stage
+from pipeline.studio.scan.telling import (
+    NOTHING,
+    START,
+    beside_of,
+    options_of,
+    picture_of,
+    progress_of,
+    result_of,
+)
 from pipeline.studio.shell import Shell
 from pipeline.studio.worker import Worker
 
 GATHER_S = 0.3  # a slider that is dragged makes many wishes; a reconstruction takes seconds
 TELL_S = 1.0  # least time between two messages of one stage
+TYPED = {"crs": system, "species": species}
 BY_KEY = {field.key: field for field in FIELDS}
 
 
@@ -51,7 +62,7 @@ class ScanTab:
         self.state.change(*(f"scan_show_{name}" for name in LAYERS))(self._switched)
         self.state.change("scan_mode", "scan_together")(self._recoloured)
         self.state.change("tab")(self._turned_to)
-        for name in ("open", "set", "slide", "settle", "compare", "align", "config", "export"):
+        for name in ("open", "set", "slide", "settle", "compare", "align", "know", "config", "export"):
             shell.server.controller.trigger(f"scan_{name}")(getattr(self, f"_{name}"))
 
     # What the shell asks for.
@@ -66,7 +77,7 @@ class ScanTab:
 
     def main(self) -> None:
         """Lay out picture and report."""
-        self.view = layout.main(self)
+        self.view = panels.main(self)
 
     def ready(self) -> None:
         """Begin with what the command line gave."""
@@ -98,6 +109,8 @@ class ScanTab:
         named = [{"title": f"{each.kind}: {each.label}", "value": k} for k, each in enumerate(self._entries)]
         self.state.scan_entries = named
         models = [one for one, each in zip(named, self._entries, strict=True) if each.kind == "model"]
+        clouds = [one for one, each in zip(named, self._entries, strict=True) if each.kind == "cloud"]
+        self.state.scan_grounds = [{"title": "in the cloud, or found", "value": NOTHING}, *clouds]
         self.state.scan_others = [
             {"title": "nothing", "value": NOTHING},
             {"title": "the result before the last change", "value": "before"},
@@ -175,6 +188,20 @@ class ScanTab:
             self._ask()
 
         self._try(act)
+
+    def _know(self, name: Any, given: Any) -> None:
+        """Take a file of the ground, a reference system or a species."""
+
+        def act() -> None:
+            if name == "ground":
+                ground = None if given in {None, NOTHING} else self._entries[int(given)].path
+                self.session.know(ground=ground)
+            elif name in TYPED:
+                self.session.know(**{name: TYPED[name](str(given or ""))})
+            self._ask()
+
+        self._try(act)
+        self._show_options()
 
     def _align(self, wanted: Any) -> None:
         self.session.aligned = bool(wanted)
@@ -288,6 +315,8 @@ class ScanTab:
 
     def _show_options(self) -> None:
         self.state.update(options_of(self.session))
+        numbers = {each.path: number for number, each in enumerate(self._entries)}
+        self.state.update(beside_of(self.session, numbers))
 
     def _rest(self, said: str) -> None:
         self.state.update({"scan_busy": self.worker.waiting, "scan_doing": said})

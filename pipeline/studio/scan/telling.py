@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pipeline.exchange import FORMATS
 from pipeline.model import TreeModel
 from pipeline.studio.history import History
+from pipeline.studio.scan.beside import command_of
 from pipeline.studio.scan.colouring import MODES, graph_of, modes_of
 from pipeline.studio.scan.fields import FIELDS, values_of
 from pipeline.studio.scan.figures import compared, flags, rows
-from pipeline.studio.scan.making import STAGES, Shown
+from pipeline.studio.scan.making import Shown
 from pipeline.studio.scan.scene import LAYERS, Drawn
 from pipeline.studio.scan.session import ScanSession
+from pipeline.studio.scan.stages import STAGES
 
 NOTHING = "nothing"
 """What is compared with at first."""
@@ -47,6 +50,11 @@ START: dict[str, Any] = {
     "scan_rows": [],
     "scan_flags": [],
     "scan_tables": [],
+    "scan_grounds": [],
+    "scan_ground": NOTHING,
+    "scan_crs": "",
+    "scan_species": "",
+    "scan_command": "",
     "scan_format": "lsjson",
     "scan_suffixes": {name: kind.suffix for name, kind in FORMATS.items()},
 }
@@ -60,6 +68,13 @@ def options_of(session: ScanSession) -> dict[str, Any]:
     return {**values_of(session.config), **steps}
 
 
+def beside_of(session: ScanSession, grounds: Mapping[Path, int]) -> dict[str, Any]:
+    """Return what the form shows of what is known beside the points, given the numbers of files."""
+    beside = session.beside
+    ground = NOTHING if beside.ground is None else grounds.get(beside.ground, NOTHING)
+    return {"scan_ground": ground, "scan_crs": beside.crs or "", "scan_species": beside.species or ""}
+
+
 def result_of(shown: Shown) -> dict[str, Any]:
     """Return what the panel tells of a result."""
     result, opened = shown.result, shown.opened
@@ -67,6 +82,7 @@ def result_of(shown: Shown) -> dict[str, Any]:
         "scan_stem": opened.name,
         "scan_from": _from(shown),
         "scan_cloud": opened.cloud is not None,
+        "scan_command": _command(shown),
         "scan_tree": isinstance(result.tree, TreeModel),
         "scan_method": str(result.figures.get("method") or ""),
         "scan_modes": [{"title": MODES[mode], "value": mode} for mode in modes_of(result)],
@@ -107,6 +123,14 @@ def progress_of(stage: str, seconds: float) -> dict[str, Any]:
 
 LONG_S = 8.0
 COMPILED = "the first time after an installation it is compiled, which takes a minute or two"
+
+
+def _command(shown: Shown) -> str:
+    """Return the command that makes the same model, where there are points."""
+    if shown.opened.cloud is None:
+        return ""
+    path = Path(dict(shown.opened.cloud.metadata["source"])["path"])
+    return command_of(path, shown.opened.name, shown.wish.beside)
 
 
 def _from(shown: Shown) -> str:

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import io
 import shlex
-import tempfile
 import tomllib
-import zipfile
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
-from pipeline.choosing import chosen, named
+from pipeline.choosing import chosen
 from pipeline.errors import InputFormatError, InputMissingError, UsageError
 from pipeline.exchange import FORMATS, stem_of, write
 from pipeline.formats.ply import open_ply
 from pipeline.growth import GrowthOptions
 from pipeline.jobs.standing import read_tree
 from pipeline.model import TreeModel
+from pipeline.studio.downloads import packed_as
 from pipeline.studio.folders import Folders
 from pipeline.studio.years.listing import MOST_BYTES
 from pipeline.studio.years.plan import Plan, Start
@@ -90,12 +88,7 @@ def read_bounded(path: Path, folders: Folders) -> bytes:
     InputMissingError
         If it cannot be read.
     """
-    try:
-        with folders.inside(path).open("rb") as file:
-            return file.read(MOST_BYTES + 1)
-    except OSError as error:
-        msg = f"{path}: cannot be read ({error.strerror}); check the name and who may read it"
-        raise InputMissingError(msg) from error
+    return folders.read(path, MOST_BYTES + 1)
 
 
 def read_growth(content: bytes, name: str) -> GrowthOptions:
@@ -127,18 +120,8 @@ def packed(tree: TreeModel, format_name: str, stem: str) -> tuple[str, bytes]:
     UsageError
         If there is no such format, or the tree is still a bud.
     """
-    suffix = named(format_name, FORMATS, "format").suffix
     check_is_tree(tree)
-    with tempfile.TemporaryDirectory() as folder:
-        write(tree, Path(folder) / f"{stem}{suffix}")
-        made = sorted(Path(folder).iterdir())
-        if len(made) == 1:
-            return made[0].name, made[0].read_bytes()
-        bundle = io.BytesIO()
-        with zipfile.ZipFile(bundle, "w", zipfile.ZIP_DEFLATED) as archive:
-            for file in made:
-                archive.write(file, file.name)
-        return f"{stem}{suffix}.zip", bundle.getvalue()
+    return packed_as(format_name, stem, lambda target: write(tree, target))
 
 
 def check_is_tree(tree: TreeModel) -> None:

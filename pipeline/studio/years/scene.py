@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from contextlib import suppress
 from typing import Any, Literal
 
 import numpy as np
@@ -11,15 +10,14 @@ import pyvista as pv
 
 from pipeline.growth.state import Mask
 from pipeline.model import Floats
+from pipeline.studio.canvas import empty_plotter
 from pipeline.studio.years.growing import Year
 from pipeline.studio.years.limbs import Branch, Limbs
 from pipeline.studio.years.rods import Rods, extent_of, rods
-from pipeline.view.graphics import NoGraphicsError, prepare
 
 Colouring = Literal["age", "order", "source", "wood"]
 COLOURINGS = {"age": "New wood", "order": "Order", "source": "Radius source", "wood": "Plain"}
 
-SKY, HORIZON = "#dfe7ee", "#f7f7f4"
 AMBIENT, DIFFUSE = 0.35, 0.85
 WOOD, YOUNG, NEWEST = (112, 80, 56), (122, 142, 66), (88, 178, 58)
 """Wood that stood at the start, that has grown since, and that is of the shown year."""
@@ -44,11 +42,7 @@ class Scene:
     """
 
     def __init__(self) -> None:
-        with suppress(NoGraphicsError):  # nothing is drawn here, so that none is needed
-            prepare()
-        plotter: Any = pv.Plotter
-        self.plotter = plotter(off_screen=True)
-        self.plotter.set_background(HORIZON, top=SKY)
+        self.plotter = empty_plotter()
         self._wood = self._actor()
         self._wood.mapper.SetScalarModeToUsePointData()
         self._axis, self._borne, self._place = self._actor(PICKED), self._actor(BORNE), self._actor(PLACE)

@@ -35,12 +35,15 @@ def cloud(grown):
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory, grown, cloud):
-    """A folder with twig.laz, its truth, a plane, and broken files."""
+    """A folder with twig.laz, its truth, a plane, ground apart, a cloud without classes, broken files."""
     made = tmp_path_factory.mktemp("scan")
     write_cloud(cloud, made / "twig.laz")
     write_truth(truth_of(grown), made / "twig.truth.npz")
     plane = np.column_stack([np.random.default_rng(1).random((500, 2)), np.zeros(500)])
     write_cloud(PointCloud(plane), made / "plane.laz")
+    write_cloud(PointCloud(cloud.xyz), made / "bare.laz")
+    around = np.random.default_rng(2).uniform(-3.0, 3.0, (3000, 2))
+    write_cloud(PointCloud(np.column_stack([around, np.full(3000, -0.05)])), made / "floor.laz")
     for name, content in BROKEN.items():
         (made / name).write_bytes(content)
     return made

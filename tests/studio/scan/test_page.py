@@ -122,6 +122,24 @@ def test_options_change_the_figures_and_are_undone(page):
     assert page.input_value("#scan-set-clean-voxel_m .v-field input") == "0.005"
 
 
+def test_what_is_known_beside_the_points_is_given(page):
+    until_shown(page, lambda: choose(page, "scan-ground", "floor.laz"))
+    page.fill("#scan-crs", "RD")
+    page.keyboard.press("Enter")
+    is_told(page, "RD: is not of the form EPSG:N")
+    page.fill("#scan-crs", "EPSG:28992")
+    until_shown(page, lambda: page.keyboard.press("Enter"))
+    assert figure(page, "crs") == "EPSG:28992"
+    page.click("#scan-files")
+    said = page.locator("#scan-command").text_content()  # whether or not the menu has faded in
+    assert "--ground" in said
+    assert "--crs EPSG:28992" in said
+    page.keyboard.press("Escape")
+    page.fill("#scan-crs", "")
+    until_shown(page, lambda: page.keyboard.press("Enter"))
+    until_shown(page, lambda: choose(page, "scan-ground", "in the cloud, or found"))
+
+
 def test_models_are_compared_and_downloaded(page, tmp_path):
     until_shown(page, lambda: choose(page, "scan-against", "twig.truth.npz"))
     assert "B: twig.truth.npz" in page.inner_text("#scan-tables")

@@ -1,5 +1,6 @@
 """A sitting without a browser: options with their history, what is saved, and what is refused."""
 
+import shlex
 import tomllib
 
 import pytest
@@ -7,9 +8,10 @@ from click.testing import CliRunner
 
 from pipeline.cli.main import main
 from pipeline.config import Config
-from pipeline.errors import UsageError
+from pipeline.errors import PipelineError, UsageError
 from pipeline.exchange import FORMATS, read_model
 from pipeline.studio.folders import Folders
+from pipeline.studio.scan.beside import NOTHING_BESIDE, command_of, species, system
 from pipeline.studio.scan.making import Maker
 from pipeline.studio.scan.session import ScanSession, packed
 
@@ -117,6 +119,57 @@ def test_saved_options_make_the_same_bytes_on_the_command_line(session, folder, 
     for name, content in made.items():
         assert (tmp_path / "out" / "twig" / f"twig{FORMATS[name].suffix}").read_bytes() == content
     assert tomllib.loads(session.saved().decode())["cylinders"]["rounds"] == 1
+
+
+def test_what_is_known_beside_the_points_makes_the_same_bytes_on_the_command_line(session, folder, tmp_path):
+    session.open(folder / "bare.laz")
+    show(session)
+    before = session.shown.result
+    session.know(ground=folder / "floor.laz")
+    session.know(crs="EPSG:28992")
+    session.know(species="Tilia cordata")
+    show(session)
+    (tmp_path / "bare.toml").write_bytes(session.saved())
+    result = session.shown.result
+    assert result.figures["crs"] == "EPSG:28992"
+    assert result.tree.metadata["ground_source"] == "file" != before.tree.metadata["ground_source"]
+    made = {name: packed(result.tree, name, "bare", session.config)[1] for name in ("lsjson", "cityjson")}
+    words = shlex.split(command_of(folder / "bare.laz", str(tmp_path / "bare"), session.beside))
+    words = [*words[1:-1], str(tmp_path / "out"), "--formats", ",".join(made), "--no-picture"]
+    outcome = CliRunner().invoke(main, words)
+    assert outcome.exit_code == 0, outcome.output
+    for name, content in made.items():
+        assert (tmp_path / "out" / "bare" / f"bare{FORMATS[name].suffix}").read_bytes() == content
+    session.know(ground=None, crs=None, species=None)
+    show(session)
+    assert session.shown.result.figures["crs"] is None
+    assert session.shown.result.figures["nodes"] == before.figures["nodes"]
+
+
+def test_what_cannot_be_known_is_a_sentence_and_is_taken_back(session, folder, tmp_path):
+    (tmp_path / "floor.laz").write_bytes(b"")
+    with pytest.raises(UsageError, match="outside the folders"):
+        session.know(ground=tmp_path / "floor.laz")
+    session.know(ground=folder / "empty.laz")
+    with pytest.raises(PipelineError, match="is empty"):
+        show(session)
+    session.fail()
+    assert session.beside == NOTHING_BESIDE
+    session.know(species="Tilia")
+    session.open(folder / "twig.truth.npz")
+    assert session.beside == NOTHING_BESIDE
+    show(session)
+    session.know(species="Tilia")
+    with pytest.raises(PipelineError, match="has no points"):
+        show(session)
+
+
+def test_typed_systems_and_species_are_checked():
+    assert (system(" "), system("epsg:4326"), species(" ")) == (None, "EPSG:4326", None)
+    with pytest.raises(UsageError, match=r"^RD: is not of the form EPSG:N; give for example"):
+        system("RD")
+    with pytest.raises(UsageError, match="at most 100"):
+        species("x" * 101)
 
 
 def test_saved_options_are_those_of_what_is_shown(session):
