@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 LINE_EVERY_S = {True: 0.2, False: 10.0}
 """How often a line tells of the progress, on a terminal and elsewhere."""
+
+_ADDRESS = re.compile(r"(tcp|tls)://[^/]+:\d+")
 
 COUNTS = ("cells", "done", "quarantined", "missing", "trees")
 
@@ -82,9 +85,17 @@ def run_command(context: click.Context, /, tiles: tuple[Path, ...], out: Path, *
     from pipeline.batch.extra import check_installed
 
     check_installed()
+    from pipeline.batch.merging.fieldlist import read_stems
+
     if given["scheduler"] and given["workers"]:
         msg = "--workers and --scheduler exclude each other; the cluster brings its own workers"
         raise UsageError(msg)
+    if given["scheduler"] and not _ADDRESS.fullmatch(given["scheduler"]):
+        address = given["scheduler"]
+        msg = f"--scheduler {address}: is no address; give tcp://HOST:PORT, as `dask scheduler` prints it"
+        raise UsageError(msg)
+    if given["stems"]:
+        read_stems(given["stems"])  # a list that cannot be read is told before any work
     config = _with_grid(given.pop("config"), given.pop("core_m"), given.pop("buffer_m"))
     given["workers"] = given["workers"] or len(os.sched_getaffinity(0))
     plan = _plan(tiles, out, config, **{key: given[key] for key in ("crs", "edition", "bbox", "aoi", "only")})

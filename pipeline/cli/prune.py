@@ -89,7 +89,8 @@ def command(words: Sequence[str], operation: str, every: bool, target: Path, **g
     to.write(pruned, target, _config())
     bent = f", {done.bent} bent" if done.bent else ""
     before, after = (float(one.skeleton.length.sum()) for one in (tree, pruned))
-    click.echo(f"{target}: {done.cuts} cuts, {before - after:.2f} m of {before:.2f} m of wood gone{bent}")
+    cuts = "1 cut" if done.cuts == 1 else f"{done.cuts} cuts"
+    click.echo(f"{target}: {cuts}, {before - after:.2f} m of {before:.2f} m of wood gone{bent}")
 
 
 def parsed(words: Sequence[str]) -> tuple[Path, dict[str, Any]]:

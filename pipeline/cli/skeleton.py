@@ -25,11 +25,14 @@ def command(cloud: Path, target: Path, method: str | None, config: Config, overw
     options.check_target(target, (".ply",), overwrite=overwrite)
     config = options.with_method(config, method)
     from pipeline.cloud import read_cloud
+    from pipeline.cloud.usable import require_tree
     from pipeline.formats import skeleton_ply
     from pipeline.jobs.naming import named
     from pipeline.skeleton import extract
 
     with named(cloud):
-        skeleton = extract(read_cloud(cloud), options=config.skeleton)
+        points = read_cloud(cloud)
+        require_tree(points)
+        skeleton = extract(points, options=config.skeleton)
     skeleton_ply.write(skeleton, target)
     click.echo(f"{target}: {len(skeleton)} nodes, {len(skeleton.paths)} branches")

@@ -13,6 +13,13 @@ MIN_POINTS = 10
 FLAT = 1e-3  # thinnest direction of the cloud over its longest: a real tree is never that flat
 
 
+def require_tree(cloud: PointCloud) -> None:
+    """Raise `NotATreeError` if the points, not cleaned here, are too few or without volume."""
+    apart = cloud.take(np.sort(np.unique(cloud.xyz, axis=0, return_index=True)[1]))
+    require_points(apart, len(cloud), {"duplicate": len(cloud) - len(apart)})
+    require_volume(apart)
+
+
 def require_points(cloud: PointCloud, points_in: int, dropped: Mapping[str, int]) -> None:
     """Raise `NotATreeError` if fewer than `MIN_POINTS` of the `points_in` points are left."""
     left = len(cloud)

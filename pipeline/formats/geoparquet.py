@@ -255,7 +255,8 @@ def _known(path: str | os.PathLike[str], file: Any, columns: Iterable[str] | Non
     if columns is None:
         return None
     wanted = list(columns)
-    absent = [name for name in wanted if name not in file.schema_arrow.names]
+    held = set(file.schema_arrow.names)
+    absent = [name for name in wanted if name not in held]
     if absent:
         msg = f"{path}: has no column {', '.join(absent)}; write it anew with this version of treepipe"
         raise InputFormatError(msg)

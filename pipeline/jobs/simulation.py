@@ -132,7 +132,8 @@ def simulate(start: TreeModel, plan: Simulation, *, warn: Callable[[str], None])
                 _write(growth, plan, record)
     finally:
         log = _log(growth, plan, record)
-        write_text(plan.out / LOG, json.dumps(log, indent=1, allow_nan=False) + "\n")
+        if record.models:  # else what stopped the growth leaves nothing behind
+            write_text(plan.out / LOG, json.dumps(log, indent=1, allow_nan=False) + "\n")
     if plan.picture and record.trees:
         try:
             _draw(plan, record)

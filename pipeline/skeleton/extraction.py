@@ -65,6 +65,9 @@ def extract(cloud: PointCloud, *, options: SkeletonOptions | None = None) -> Ske
     if not len(cloud):
         msg = "the cloud has no points, a skeleton takes two; is it the right file, did cleaning keep any?"
         raise NotATreeError(msg)
+    if not np.ptp(cloud.xyz, axis=0).any():
+        msg = f"the {len(cloud)} points come down to one place; give a scan of a whole tree with x, y and z"
+        raise NotATreeError(msg)
     name: str = options.method
     reason = "asked for"
     if name == "auto":

@@ -111,10 +111,12 @@ def came_of(entries: Sequence[Pruned]) -> str:
     --------
     >>> came_of([Pruned(3, "thin", cuts=2, removed=31), Pruned(4, "thin")])
     '2 cuts, 31 metamers gone'
+    >>> came_of([Pruned(3, "cut", cuts=1, bent=2)])
+    '1 cut, 2 bent'
     """
     sums = {key: sum(getattr(entry, key) for entry in entries) for key in ("cuts", "removed", "tied", "bent")}
-    words = {"cuts": "cuts", "removed": "metamers gone", "tied": "tied", "bent": "bent"}
-    told = [f"{count} {words[key]}" for key, count in sums.items() if count]
+    words = {"cuts": ("cut", "cuts"), "removed": ("metamer gone", "metamers gone")}
+    told = [f"{count} {words.get(key, (key, key))[count > 1]}" for key, count in sums.items() if count]
     return ", ".join(told) or "found nothing to do"
 
 

@@ -89,7 +89,7 @@ def test_years_are_looked_at_and_a_branch_is_pruned(page, tmp_path):
     assert abs(float(place.split(",")[2]) - 1.05) < 0.3
     until_grown(page, lambda: page.click("#years-apply"))
     assert int(figure(page, "metamers").replace(",", "")) < metamers[20]
-    assert "1 cuts" in events(page)[0]
+    assert "1 cut," in events(page)[0]
 
     page.click("#years-edit-0")
     page.wait_for_selector("#years-editing")

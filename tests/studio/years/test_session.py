@@ -101,7 +101,7 @@ def test_a_branch_is_picked_pruned_and_its_event_edited(sitting):
     assert sitting.branch is None
     assert sitting.year.number == 6
     assert len(sitting.year.limbs.width) < before
-    assert "1 cuts" in sitting.rows()[0]["came"]
+    assert "1 cut," in sitting.rows()[0]["came"]
     sitting.change(0, "cut-to-bud", {"year": "6", "position": "5, 5, 5"})
     assert sitting.rows()[0]["came"] == ""
     sitting.grow()
