@@ -45,7 +45,7 @@ def test_a_terrestrial_scan_of_a_known_tree(shared_data, method):
 # branch volume; most distance above the true surface (mm); least and most ratio of stout branches.
 REACH = {
     "syn_A_clean": (0.985, 0.995, 0.87, 0.04, 0.003, 0.02, 0.08, 1.0, 0.8, 1.15),
-    "syn_A_noisy": (0.97, 0.985, 0.82, 0.06, 0.01, 0.03, 0.12, 1.5, 0.8, 1.3),
+    "syn_A_noisy": (0.97, 0.985, 0.81, 0.06, 0.01, 0.03, 0.12, 1.5, 0.8, 1.3),
     "syn_A_oneside": (0.96, 0.985, 0.83, 0.06, 0.005, 0.035, 0.08, 1.6, 0.75, 1.2),
     "syn_B_noisy": (0.94, 0.975, 0.78, 0.10, 0.01, 0.03, 0.15, 2.5, 0.8, 1.3),
     "syn_B_oneside": (0.96, 0.985, 0.82, 0.06, 0.005, 0.035, 0.08, 1.6, 0.75, 1.2),

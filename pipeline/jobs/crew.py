@@ -13,7 +13,7 @@ from multiprocessing.process import BaseProcess
 from types import FrameType
 from typing import Any, Generic, TypeVar
 
-from pipeline.jobs.interrupts import resend_lost_interrupts
+from pipeline.jobs.interrupts import held_back, let_through, resend_lost_interrupts
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -93,7 +93,8 @@ class _Worker(Generic[Task, Result]):
         context = get_context("spawn")
         self.line, far_end = context.Pipe()
         self.process: BaseProcess = context.Process(target=_serve, args=(far_end, work), daemon=True)
-        self.process.start()
+        with held_back():
+            self.process.start()
         far_end.close()  # else the end of the process would go unnoticed
 
     def give(self, task: Task) -> None:
@@ -119,9 +120,10 @@ class _Worker(Generic[Task, Result]):
 def _serve(line: Connection, work: Callable[[Task], Result]) -> None:
     """Work off what comes down the line, until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
-    signal.signal(signal.SIGTERM, _break_off)
-    resend_lost_interrupts(signal.SIGTERM)
+    let_through()
     try:
+        signal.signal(signal.SIGTERM, _break_off)
+        resend_lost_interrupts(signal.SIGTERM)
         while True:
             line.send(work(line.recv()))
     except (EOFError, OSError, KeyboardInterrupt):

@@ -66,7 +66,7 @@ def extract(cloud: PointCloud, *, options: SkeletonOptions | None = None) -> Ske
         msg = "the cloud has no points, a skeleton takes two; is it the right file, did cleaning keep any?"
         raise NotATreeError(msg)
     if not np.ptp(cloud.xyz, axis=0).any():
-        msg = f"the {len(cloud)} points come down to one place; give a scan of a whole tree with x, y and z"
+        msg = f"all points ({len(cloud)}) come down to one place; give a scan of a whole tree with x, y and z"
         raise NotATreeError(msg)
     name: str = options.method
     reason = "asked for"
