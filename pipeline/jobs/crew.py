@@ -13,7 +13,8 @@ from multiprocessing.process import BaseProcess
 from types import FrameType
 from typing import Any, Generic, TypeVar
 
-from pipeline.jobs.interrupts import held_back, let_through, resend_lost_interrupts
+from pipeline.jobs.interrupts import resend_lost_interrupts
+from pipeline.jobs.starting import held_back, let_through
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")

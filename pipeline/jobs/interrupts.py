@@ -1,4 +1,4 @@
-"""Ctrl-C that is neither lost nor loud: held back while a process starts, sent again if it gets lost."""
+"""Ctrl-C that is not lost: an interrupt that falls into a finaliser is sent once more."""
 
 from __future__ import annotations
 
@@ -6,36 +6,9 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from multiprocessing import resource_tracker
 from typing import Any
 
 AGAIN_S = 0.05
-
-
-@contextmanager
-def held_back() -> Iterator[None]:
-    """Hold Ctrl-C back, from this thread and from the processes that it starts, until they ask for it.
-
-    A process that is interrupted while it still imports prints a traceback, whatever it does about
-    interrupts later.
-    """
-    if not hasattr(signal, "pthread_sigmask"):  # not on Windows
-        yield
-        return
-    resource_tracker.ensure_running()  # it lets interrupts through when it starts
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def let_through() -> None:
-    """Let interrupts reach this process again, as it has chosen to take them."""
-    if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 def resend_lost_interrupts(number: signal.Signals) -> None:

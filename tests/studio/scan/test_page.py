@@ -135,8 +135,8 @@ def test_what_is_known_beside_the_points_is_given(page):
     assert "--ground" in said
     assert "--crs EPSG:28992" in said
     page.keyboard.press("Escape")
-    page.fill("#scan-crs", "")
-    until_shown(page, lambda: page.keyboard.press("Enter"))
+    page.locator("#scan-command").wait_for(state="hidden")  # a menu that closes takes the focus along
+    until_shown(page, lambda: (page.fill("#scan-crs", ""), page.keyboard.press("Enter")))
     until_shown(page, lambda: choose(page, "scan-ground", "in the cloud, or found"))
 
 
