@@ -18,6 +18,15 @@ DELTA = "trame.vtk.delta"
 REST_S = 0.4
 """How long nothing changes before the whole picture is laid down for browsers that come later."""
 
+HANDLES = [
+    {"button": 1, "action": "Rotate"},
+    {"button": 1, "action": "Pan", "shift": True},
+    {"button": 2, "action": "Pan"},
+    {"button": 1, "action": "Zoom", "control": True},
+    {"button": 3, "action": "Zoom", "scrollEnabled": True},
+]
+"""What a drag with a button and a key, or the wheel, does."""
+
 _Base: Any = PyVistaLocalView
 
 
@@ -44,7 +53,8 @@ class View(_Base):  # type: ignore[misc]  # of a package without types
         self._shell = shell
         self._later: asyncio.TimerHandle | None = None
         self._is_laid_down = False
-        super().__init__(plotter, context_name=f"'{plotter._id_name}'", **style)
+        named = f"'{plotter._id_name}'"
+        super().__init__(plotter, context_name=named, interactor_settings=("handles", HANDLES), **style)
         self._camera = f"camera_{self.ref_name}"
         self.server.state[self._camera] = None
         self.server.controller.on_server_ready.add(lambda **_: _forgive(self.server))
