@@ -28,6 +28,8 @@ STRANGE = 0.4  # a slice whose radius differs from the stem's by this share is s
 LEAST_TRUST = 0.05
 LEAST_SEEN = 0.5  # share of the stem around breast height that is measured where a slice of it is
 BESIDE = 0.15  # least standard error, as a share, of a diameter that is measured beside breast height only
+POOLED_M = 1.0  # below and above breast height, whose windows tell of the diameter where the slice cannot;
+WINDOWS_POOLED = 4.0  # so many of them share no points
 # Trunks are not round: a share of the diameter that even a perfect scan leaves open.
 OUT_OF_ROUND = 0.004
 
@@ -101,7 +103,8 @@ def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float)
             break
     if best.error == 0.0:
         if source == MEASURED and (len(points) < LEAST_POINTS or not bark):
-            source, error = PROPAGATED, max(2.0 * error, BESIDE * radius)
+            error = _pooled_error(axes, measured, ground_z) if bark else 2.0 * error
+            source, error = PROPAGATED, max(error, BESIDE * radius)
         elif source == PROPAGATED:
             error = max(error, GUESS * radius)
         arc = float(np.degrees(measured.windows.arc[at])) if source == MEASURED else 0.0
@@ -126,6 +129,13 @@ def _bark_shows(axes: Axes, measured: Measured, ground_z: float) -> bool:
     near = np.abs(axes.xyz[stem, 2] - ground_z - BREAST_M) <= NEIGHBOURS_M[-1]
     seen = measured.radii.source[stem] == MEASURED
     return bool(near.any() and seen[near].mean() >= LEAST_SEEN)
+
+
+def _pooled_error(axes: Axes, measured: Measured, ground_z: float) -> float:
+    """Standard error of a radius that is pooled over the stem below and above breast height, metres."""
+    stem = slice(int(axes.first[0]), int(axes.first[1]))
+    near = np.abs(axes.xyz[stem, 2] - ground_z - BREAST_M) <= POOLED_M
+    return float(np.sqrt(np.mean(measured.radii.error[stem][near] ** 2) / WINDOWS_POOLED))
 
 
 def _foot(axes: Axes, measured: Measured, ground_z: float) -> float:

@@ -131,6 +131,16 @@ def test_a_stem_without_points_there_is_read_off_the_model():
     assert guess.hi_m > 1.5 * guess.dbh_m
 
 
+def test_a_slice_of_few_points_is_as_sure_as_the_stem_around_it():
+    """Each window of a sparse scan says little, all of them below and above say much."""
+    points = stem(even, 40, 0.02)
+    sparse = trunk_of(even, points, 0.02, error=0.06)
+    assert sparse.source == "propagated"
+    assert (sparse.hi_m - sparse.lo_m) / 2.0 == pytest.approx(2 * 1.645 * 0.06 / 2.0)
+    sure = trunk_of(even, points, 0.02, error=0.001)
+    assert (sure.hi_m - sure.lo_m) / sure.dbh_m == pytest.approx(2 * 1.645 * 0.15)
+
+
 def test_something_else_at_breast_height_is_not_the_stem():
     """A sign, a nest, a shrub: the stem above and below knows better."""
     points = stem(even, 8000, 0.002)
