@@ -30,6 +30,7 @@ LEAST_SEEN = 0.5  # share of the stem around breast height that is measured wher
 BESIDE = 0.15  # least standard error, as a share, of a diameter that is measured beside breast height only
 POOLED_M = 1.0  # below and above breast height, whose windows tell of the diameter where the slice cannot;
 WINDOWS_POOLED = 4.0  # so many of them share no points
+STRAY = 2.0  # as much less sure is a diameter where most of those windows do not show the bark
 # Trunks are not round: a share of the diameter that even a perfect scan leaves open.
 OUT_OF_ROUND = 0.004
 
@@ -103,7 +104,7 @@ def breast_height(axes: Axes, measured: Measured, noise: float, ground_z: float)
             break
     if best.error == 0.0:
         if source == MEASURED and (len(points) < LEAST_POINTS or not bark):
-            error = _pooled_error(axes, measured, ground_z) if bark else 2.0 * error
+            error = _pooled_error(axes, measured, ground_z) * (1.0 if bark else STRAY)
             source, error = PROPAGATED, max(error, BESIDE * radius)
         elif source == PROPAGATED:
             error = max(error, GUESS * radius)
