@@ -68,8 +68,8 @@ ALLOMETRY = WITHIN_90 * 2.0 * LOG_ERROR  # a volume goes with the diameter's squ
 # Logarithms of the length.
 KEPT = 0.003  # wood that is false, at least
 FALSE = 0.035  # share of the wood without bark that may be false
-BEYOND = 2.0  # spacings of points along a branch that its end may lie beyond the last
-BLURRED = 0.75  # a metre: of length lost a metre of noise
+BEYOND = 2.2  # spacings of points along a branch that its end may lie beyond the last
+BLURRED = 0.9  # a metre: of length lost a metre of noise
 FEWEST_PER_M = 1.0  # points: branches that show fewer count as showing these
 LEAFY = Sides(0.4, 0.4)  # leaves taken for twigs; twigs hidden by leaves
 

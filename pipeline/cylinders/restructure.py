@@ -14,6 +14,8 @@ from pipeline.geometry.numbering import number_by_paths
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+SLIGHT_M = 0.005  # radii below this say little of which branch goes on: twigs come out as they are measured
+
 
 def drop_hidden(axes: Axes, *, protrusion_m: float) -> Axes:
     """Drop the branches that do not stand out of the wood of the branch that they stand on.
@@ -72,7 +74,7 @@ def continue_anew(axes: Axes, *, window_m: float, step_m: float) -> Axes:
     number[order] = np.arange(len(order))
     parent = np.where(parent >= 0, number[np.maximum(parent, 0)], -1)[order]
     xyz, square = axes.xyz[body][order], axes.square[body][order]
-    ahead = continue_branches(xyz, parent, np.sqrt(np.maximum(square, 1e-8)), window_m)
+    ahead = continue_branches(xyz, parent, np.sqrt(np.maximum(square, 0.0) + SLIGHT_M**2), window_m)
     return axes_of_paths(xyz, parent, number_by_paths(parent, ahead), square, step_m)
 
 

@@ -30,6 +30,8 @@ STEP_M = 0.10  # nodes of a limb
 POINTS_M = 0.015  # points that cylinders are fitted to
 ROUNDS = 3
 FIRST_NOISE_M = 0.003
+BEARS = 3  # nodes up to a limb's foot: the wood that bears it
+STOUTER = (1.2, 1.0)  # radii of that wood which no limb has, and which any may have
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,14 +150,27 @@ def _score(windows: Windows, smooth: Floats, noise: float, stem: NDArray[np.bool
     return np.asarray(score * agrees * (windows.kind == CYLINDER))
 
 
+def _borne(axes: Axes, windows: Windows) -> Floats:
+    """(M,) 0 to 1: whether the wood below a limb's foot is as stout as the limb's windows are."""
+    bearing, parent = np.full(len(axes.foot), np.inf), axes.parent_branch
+    for b in range(1, len(axes.foot)):
+        low = max(int(axes.first[parent[b]]), int(axes.foot[b]) - BEARS)
+        bearing[b] = axes.square[low : int(axes.foot[b]) + 1].max()
+    share = np.maximum(windows.square, 0.0) / np.maximum(bearing[axes.branch], 1e-9)
+    return _ramp(np.sqrt(share), *STOUTER)
+
+
 def _ramp(value: NDArray[Any], zero: float, one: float) -> Floats:
     """0 up to `zero`, 1 from `one` on, straight between (either may be the larger)."""
     return np.asarray(np.clip((value - zero) / (one - zero), 0.0, 1.0))
 
 
 def _accept(axes: Axes, windows: Windows, noise: float) -> Axes | None:
-    """Keep of every branch the start that is best explained by cylinders, if it is long enough."""
-    gain = _score(windows, axes.square, noise, axes.branch == 0) - 0.5
+    """Keep of every branch the start that is best explained by cylinders, if it is long enough.
+
+    No limb is stouter than the wood that bears it: a cylinder that is holds two limbs side by side.
+    """
+    gain = _score(windows, axes.square, noise, axes.branch == 0) * _borne(axes, windows) - 0.5
     kept = np.zeros(len(axes.foot), dtype=np.int64)
     parent = axes.parent_branch
     for b in range(len(axes.foot)):
