@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.cloud import clean
+from pipeline.cloud.units import require_metres
 from pipeline.config import Config
 from pipeline.cylinders import fit
 from pipeline.exchange import DEFAULT_FORMATS, FORMATS
@@ -50,8 +51,11 @@ def reconstruct(
     ------
     NotATreeError
         If no tree can be made of the points.
+    InputFormatError
+        If the reference system of the points counts in degrees or feet.
     """
     config, store = config or Config(), store or Store()
+    require_metres(cloud)
     cloud = store.remember("clean", clean, cloud, ground, options=config.clean)
     skeleton = store.remember("skeleton", extract, cloud, options=config.skeleton)
     return store.remember("fit", fit, cloud, skeleton, options=config.cylinders)

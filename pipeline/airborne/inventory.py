@@ -47,7 +47,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("dbh_hi_cm", "float64", "cm", "upper end of its 90 % interval"),
     Column("dbh_method", "string", "", "measured, propagated or allometric"),
     Column("dbh_n_points", "int32", "", "points on the bark that the diameter is measured from, 0 if none"),
-    Column("stem_vol_m3", "float64", "m3", "volume of the model's stem"),
+    Column("stem_vol_m3", "float64", "m3", "volume of the model's stem, with the diameter dbh_cm"),
     Column("total_len_m", "float64", "m", "length of the model's stem and branches"),
     *(
         Column(

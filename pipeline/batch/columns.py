@@ -16,6 +16,8 @@ from pipeline.model import Floats
 ALLOMETRIC = "allometric"
 """Value of dbh_method where height and crown tell the diameter."""
 
+LITRE_ML = 6  # decimals of a cubic metre
+
 BIOME: Biome = "palearctic-temperate-mixed"
 """Whose rows a joined stem's kind of leaf chooses from."""
 
@@ -67,8 +69,9 @@ def completed(table: Any, stems: Mapping[str, tuple[str | None, str | None, floa
     -------
     pyarrow.Table
         With the columns of `MERGED`; figures that are not finite are null. Where the field list tells the
-        kind of leaf it chooses the equation of the mass, and of a diameter that is allometric. A diameter
-        of the field list stands beside the tree's own, in ``stem_dbh_cm``.
+        kind of leaf it chooses the equation of the mass, and of a diameter that is allometric, with which
+        the volume of the stem goes. A diameter of the field list stands beside the tree's own, in
+        ``stem_dbh_cm``.
     """
     pa, none = arrow(), (None, None, np.nan, np.nan)
     joined = [stems.get(name, none) for name in table["tree_id"].to_pylist()]
@@ -101,8 +104,13 @@ def floats(table: Any, name: str) -> Floats:
 
 
 def _by_leaf(table: Any, kinds: list[str | None], height: Floats, crown: Floats) -> dict[str, Any]:
-    """Return the columns of the diameter, told anew where it is allometric and the kind of leaf is known."""
+    """Return the columns of the diameter, told anew where it is allometric and the kind of leaf is known.
+
+    All radii of such a model are in proportion to its diameter (`pipeline.airborne.fallback`), so the volume
+    of the stem goes with the square of it.
+    """
     told = {name: floats(table, name).copy() for name in ("dbh_cm", "dbh_lo_cm", "dbh_hi_cm")}
+    before, volume = told["dbh_cm"].copy(), floats(table, "stem_vol_m3").copy()
     rows: list[str | None] = [None] * len(kinds)
     method = table["dbh_method"].to_pylist()
     sized = np.isfinite(height) & np.isfinite(crown) & np.isfinite(told["dbh_cm"])
@@ -114,8 +122,9 @@ def _by_leaf(table: Any, kinds: list[str | None], height: Floats, crown: Floats)
         anew = breast_height_diameter(float(height[k]), float(crown[k]), options=options)
         for name, metres in zip(told, anew, strict=True):
             told[name][k] = round(100 * metres, 2)
+        volume[k] = round(volume[k] * (told["dbh_cm"][k] / before[k]) ** 2, LITRE_ML)
         rows[k] = f"{BIOME} {kind}"
-    return {**told, "dbh_row": arrow().array(rows, arrow().string())}
+    return {**told, "stem_vol_m3": volume, "dbh_row": arrow().array(rows, arrow().string())}
 
 
 def _tidy(values: Any, field: Any) -> Any:

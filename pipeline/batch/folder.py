@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from pipeline.airborne.grid import Cell
+from pipeline.airborne.grid import Cell, Window
 from pipeline.batch import quarantine
 from pipeline.batch.explode import TEMPORARY
 from pipeline.batch.plan import Plan
@@ -53,21 +53,35 @@ def claim(out: Path, plan: Plan) -> None:
     UsageError
         If it holds results of other settings or other tiles.
     """
+    if not require_same(out, plan):
+        write_text(out / PLAN, json.dumps(_described(plan), indent=2, ensure_ascii=False) + "\n")
+
+
+def require_same(out: Path, plan: Plan) -> bool:
+    """Return whether a plan has begun in the folder; False where nothing has.
+
+    Raises
+    ------
+    UsageError
+        If it holds results of other settings or other tiles.
+    """
     told = read_plan(out)
-    if told is not None:
-        for key, meaning in (("config_hash", "settings"), ("input_hash", "tiles or areas")):
-            now = getattr(plan, key)
-            if told.get(key) != now:
-                msg = (
-                    f"{out}: holds results of other {meaning} ({key} {told.get(key)} there, {now} now); "
-                    f"run it with the same {meaning}, or choose another folder with --out"
-                )
-                raise UsageError(msg)
-        return
-    if (out / "cells").is_dir() and any((out / "cells").iterdir()):
-        msg = f"{out}: holds cells, but no {PLAN} that tells of which run; choose another folder with --out"
-        raise UsageError(msg)
-    write_text(out / PLAN, json.dumps(_described(plan), indent=2, ensure_ascii=False) + "\n")
+    if told is None:
+        if (out / "cells").is_dir() and any((out / "cells").iterdir()):
+            msg = (
+                f"{out}: holds cells, but no {PLAN} that tells of which run; choose another folder with --out"
+            )
+            raise UsageError(msg)
+        return False
+    for key, meaning in (("config_hash", "settings"), ("input_hash", "tiles or areas")):
+        now = getattr(plan, key)
+        if told.get(key) != now:
+            msg = (
+                f"{out}: holds results of other {meaning} ({key} {told.get(key)} there, {now} now); "
+                f"run it with the same {meaning}, or choose another folder with --out"
+            )
+            raise UsageError(msg)
+    return True
 
 
 def _described(plan: Plan) -> dict[str, Any]:
@@ -79,7 +93,12 @@ def _described(plan: Plan) -> dict[str, Any]:
         "core_m": plan.grid.core_m,
         "buffer_m": plan.grid.buffer_m,
         "tiles": [
-            {"path": str(tile.path.resolve()), "points": tile.points, "fingerprint": tile.fingerprint}
+            {
+                "path": str(tile.path.resolve()),
+                "points": tile.points,
+                "extent": tile.extent,
+                "fingerprint": tile.fingerprint,
+            }
             for tile in plan.tiles
         ],
         "failed": dict(plan.failures),
@@ -119,6 +138,12 @@ def known_plan(out: Path) -> dict[str, Any]:
         msg = f"{out}: is no folder of a batch (no {PLAN} is in it); give the folder named with --out"
         raise InputMissingError(msg)
     return told
+
+
+def tile_extents(out: Path) -> list[Window]:
+    """Return west, south, east and north of the tiles of a folder's plan, as far as it tells them."""
+    tiles = (read_plan(out) or {}).get("tiles", [])
+    return [tuple(tile["extent"]) for tile in tiles if "extent" in tile]
 
 
 def planned(out: Path, told: dict[str, Any]) -> list[Cell]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pipeline.batch.plan import Plan
+from pipeline.batch.status import Status
 from pipeline.cloud.parts import RECORD
 
 CPU_S_PER_MILLION = 1.6
@@ -53,8 +54,8 @@ BY_TREES = {
 """Lines that depend on the trees: what they say, key and form."""
 
 
-def lines(plan: Plan, workers: int) -> list[str]:
-    """Return a forecast for people."""
+def lines(plan: Plan, workers: int, there: Status | None = None) -> list[str]:
+    """Return a forecast for people, and how far the run is where it has begun."""
     told = forecast(plan, workers)
     out = [
         f"tiles            {len(plan.tiles)}, {plan.reference.crs}",
@@ -65,4 +66,10 @@ def lines(plan: Plan, workers: int) -> list[str]:
     for label, (key, form) in BY_TREES.items():
         few, many = (form.format(told[f"{key}_{kind}"]) for kind in TREES_PER_HA)
         out.append(f"{label:<16} about {few} in an open town, {many} in dense forest")
-    return [*out, f"{'':<16} on {workers} workers; the trees decide, and only the run counts them"]
+    out.append(f"{'':<16} on {workers} workers; the trees decide, and only the run counts them")
+    if there is not None:
+        counts = ", ".join(f"{there.count(state)} {state}" for state in ("done", "quarantined", "missing"))
+        out.append(
+            f"{'begun':<16} {counts}; the figures above are of all cells, the run does the missing ones"
+        )
+    return out

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from pipeline.batch.columns import arrow_schema, completed, floats
+from pipeline.batch.folder import tile_extents
 from pipeline.batch.merging import geopackage, maps
-from pipeline.batch.merging.areas import of_cells, read_areas, within_cells
+from pipeline.batch.merging.areas import of_cells, read_areas, within_cells, within_tiles
 from pipeline.batch.merging.database import without_password
 from pipeline.batch.merging.fieldlist import Stem, read_stems
 from pipeline.batch.merging.finished import TABLE, FinishedCell, crs_of, finished_cells, trees_in_order
@@ -38,7 +39,7 @@ def merge(  # noqa: PLR0913 (what the command says, each by its name)
     out : Path
         Folder of the run. ``trees.parquet``, ``statistics.json``, ``statistics.csv``, ``trees.gpkg``,
         ``map.png`` and ``map.html`` are written there, over those of an earlier merge, and ``stems.json``
-        where a field list is given.
+        where a field list is given; else that of an earlier merge goes.
     gpkg : Path, optional
         Another place for the GeoPackage.
     postgis : str, optional
@@ -73,7 +74,8 @@ def merge(  # noqa: PLR0913 (what the command says, each by its name)
     crs = crs_of(cells)
     joined = _joined(cells, read_stems(stems, crs) if stems else ())
     places = [one.cell for one in cells]
-    told = Statistics(within_cells(read_areas(areas, crs), places) if areas else of_cells(places))
+    asked = within_cells(read_areas(areas, crs), places) if areas else of_cells(places)
+    told = Statistics(within_tiles(asked, tile_extents(out)))
     table = out / TABLE
     trees = _write_table(cells, joined, told, table, crs)
     rows = list(told.rows())
@@ -86,6 +88,8 @@ def merge(  # noqa: PLR0913 (what the command says, each by its name)
     if stems:
         write_text(out / "stems.json", joined.to_json())
         files.append(out / "stems.json")
+    else:  # that of an earlier merge would tell of stems that are in no table
+        (out / "stems.json").unlink(missing_ok=True)
     summary: dict[str, Any] = {
         "trees": trees,
         "cells": len(cells),

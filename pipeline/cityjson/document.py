@@ -7,13 +7,14 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pipeline.cityjson.attributes import describe
 from pipeline.cityjson.compact import compact_object
-from pipeline.cityjson.extension import declaration
+from pipeline.cityjson.extension import declaration, write_beside
 from pipeline.cityjson.geometry import Drawing, draw
 from pipeline.cityjson.graph import encode_graph
 from pipeline.cityjson.grid import Whole
@@ -155,7 +156,7 @@ def extent(tree: TreeModel, made: Objects) -> list[float]:
 
 
 def write_cityjson(document: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
-    """Write a document as compact JSON, whole or not at all.
+    """Write a document as compact JSON, whole or not at all; beside it the extension, where it says so.
 
     Parameters
     ----------
@@ -168,6 +169,7 @@ def write_cityjson(document: Mapping[str, Any], path: str | os.PathLike[str]) ->
         If the file cannot be written.
     """
     write_text(path, as_line(document))
+    write_beside(document, Path(path).parent)
 
 
 def as_line(document: Mapping[str, Any]) -> str:

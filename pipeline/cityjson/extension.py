@@ -6,11 +6,13 @@ import json
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from pipeline.cityjson.finding import Finding
 from pipeline.cityjson.options import CityjsonOptions
 from pipeline.cityjson.schema import schema_findings
+from pipeline.output import write_text
 
 NAME = "TreeSkeleton"
 FILE = "treeskeleton.ext.json"
@@ -25,6 +27,24 @@ def extension() -> dict[str, Any]:
     """Return the extension file that ships with the package, to publish it or to check against it."""
     document: dict[str, Any] = json.loads(_shipped())
     return document
+
+
+def write_beside(document: Mapping[str, Any], folder: Path) -> None:
+    """Write the extension into the folder of a document that says it stands there.
+
+    Parameters
+    ----------
+    document : mapping
+        A document, or the first line of a sequence.
+    folder : Path
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    if document.get("extensions", {}).get(NAME, {}).get("url") == FILE:
+        write_text(folder / FILE, _shipped())
 
 
 def declaration(options: CityjsonOptions) -> dict[str, Any]:

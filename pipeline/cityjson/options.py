@@ -36,7 +36,7 @@ class CityjsonOptions(Options):
     radius_step_m: float = Field(1e-4, ge=1e-6, le=1e-3, description="step of the skeleton's radii, metres")
     radius_classes: int = Field(10, ge=2, le=1000, description="classes of radius in the compact profile")
     extension_url: str = Field(
-        "https://example.org/treeskeleton/1.0.0/treeskeleton.ext.json",
+        "treeskeleton.ext.json",
         min_length=1,
-        description="address at which treeskeleton.ext.json is published, written in files that need it",
+        description="address of treeskeleton.ext.json; this one means that the file is written beside",
     )

@@ -17,6 +17,7 @@ import numpy as np
 
 from pipeline.cityjson.check import check
 from pipeline.cityjson.document import as_line, city_objects, extent, header
+from pipeline.cityjson.extension import write_beside
 from pipeline.cityjson.finding import Finding
 from pipeline.cityjson.options import CityjsonOptions
 from pipeline.cityjson.read import from_cityjson, parsed
@@ -85,6 +86,8 @@ class SeqWriter:
             self._begin(None, 1e-3, np.zeros(3))
         self._file = None
         self._stack.__exit__(kind, error, trace)
+        if kind is None:
+            write_beside(header(None, self._options, 1e-3, np.zeros(3)), self._path.parent)
 
     def add(self, tree: TreeModel, name: str) -> None:
         """Write one tree.

@@ -102,14 +102,14 @@ def run_command(context: click.Context, /, tiles: tuple[Path, ...], out: Path, *
     if plan is None:
         context.exit(1)
     if given["dry_run"]:
-        _print_forecast(plan, given["workers"], verbose=context.meta["verbose"])
+        _print_forecast(plan, out, given["workers"], verbose=context.meta["verbose"])
         context.exit(1 if plan.failures else 0)
     summary = _run(plan, out, config, **given)
     good = not summary["failed"] and summary["done"] == summary["planned"]
     if summary["done"] + summary["quarantined"] != summary["planned"]:
         LOGGER.error("%s: not every cell is done or quarantined; run the same command again", out)
     if given["merge"] and summary["done"] and given["only"] is None:
-        good = _merged(out, given["stems"]) and good
+        good = _merged(out, given["stems"], given["aoi"]) and good
     _tell(
         {each["path"]: each["error"] for each in summary["failed"] if each["path"] not in plan.failures}, ()
     )
@@ -283,12 +283,12 @@ class _Watcher:
             click.echo(err=True)
 
 
-def _merged(out: Path, stems: Path | None) -> bool:
+def _merged(out: Path, stems: Path | None, areas: Path | None) -> bool:
     """Make one table of all cells; an error there costs no cell."""
     from pipeline.batch.merge import merge
 
     try:
-        notes = merge(out, stems=stems)["notes"]
+        notes = merge(out, stems=stems, areas=areas)["notes"]
     except PipelineError as error:
         LOGGER.error("%s; the cells are done, run `treepipe batch merge %s` again", error, out)
         return False
@@ -302,8 +302,11 @@ def _closing(summary: Mapping[str, Any], out: Path) -> str:
     return f"{text}{summary['trees']} trees ({summary['fallback_trees']} fallbacks); the files are in {out}/"
 
 
-def _print_forecast(plan: Plan, workers: int, *, verbose: bool) -> None:
+def _print_forecast(plan: Plan, out: Path, workers: int, *, verbose: bool) -> None:
+    from pipeline.batch.folder import require_same
     from pipeline.batch.forecast import lines
+    from pipeline.batch.status import status
 
-    for line in (*lines(plan, workers), *(cell.name for cell in plan.cells if verbose)):
+    there = status(out) if require_same(out, plan) else None
+    for line in (*lines(plan, workers, there), *(cell.name for cell in plan.cells if verbose)):
         click.echo(line)

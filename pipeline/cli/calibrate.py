@@ -85,7 +85,8 @@ def _calibrate(
     )
     write_parameters(fit, target, about)
     for line in (*about, *report_lines(fit)):
-        click.echo(line)
+        if line != fit.note:  # a warning
+            click.echo(line)
     if fit.note:
         LOGGER.warning("%s", fit.note)
     if fit.cuts:

@@ -59,6 +59,7 @@ def command(source: Path, target: Path, config: Config, overwrite: bool, **given
     config = _with(config, to.suffix, **given)
     tree = read_model(source)
     options.warn_if_flat(source, tree)
+    options.tell_cylinders(source, tree)
     if not isinstance(tree, TreeModel):
         msg = f"{source}: is a skeleton without radii; measure them first with `treepipe fit`"
         raise InputFormatError(msg)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.cli import options
-from pipeline.errors import InputFormatError, OutputExistsError
+from pipeline.errors import InputFormatError, OutputError, OutputExistsError
 
 if TYPE_CHECKING:
     from pipeline.config import Config
@@ -30,12 +30,16 @@ def command(model: Path, folder: Path, formats: str | None, config: Config, over
 
     names = parse_formats(formats) if formats is not None else DEFAULT_FORMATS
     targets = {name: folder / f"{stem_of(model)}{FORMATS[name].suffix}" for name in names}
+    if folder.is_file():
+        msg = f"{folder}: is a file, and no folder can be made there; choose another one with -o"
+        raise OutputError(msg)
     for target in targets.values():
         if target.exists() and not overwrite:
             msg = f"{target}: exists already; add --overwrite or choose another folder with -o"
             raise OutputExistsError(msg)
     tree = read_model(model)
     options.warn_if_flat(model, tree)
+    options.tell_cylinders(model, tree)
     if not isinstance(tree, TreeModel):
         msg = f"{model}: is a skeleton without radii; measure them first with `treepipe fit`"
         raise InputFormatError(msg)

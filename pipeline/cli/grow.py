@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from pipeline.cli import growth, options
 from pipeline.errors import UsageError
 
 if TYPE_CHECKING:
-    from pipeline.growth import GrowthOptions
+    from pipeline.growth import Event, GrowthOptions
 
 MODEST = {"sprout_position": 2, "speed": 0.1, "ratio": 1.5, "thickness": 0.1}
 """Growth where none is described."""
@@ -68,10 +68,15 @@ def command(
     from pipeline.jobs.naming import named
     from pipeline.lsystem import decode, read_lsjson, write_lsjson
 
+    events = growth.read_events(given.pop("events"), years)
     before = read_lsjson(file)
     with named(file):
         small = decode(before)
-        after = _scaled(before, years, chosen) if method == "scale" else _organic(before, years, **given)
+        after = (
+            _scaled(before, years, chosen)
+            if method == "scale"
+            else _organic(before, years, events=events, **given)
+        )
         large = decode(after)
     options.warn_if_flat(file, small)
     write_lsjson(after, target)
@@ -115,11 +120,11 @@ def _organic(
     how: GrowthOptions,
     species: str | None,
     seed: int,
-    events: Path | None,
+    events: Sequence[Event],
 ) -> dict[str, Any]:
     from pipeline.lsystem import decode, encode
     from pipeline.run import grow_on
 
     del species  # an LsJSON does not tell it
-    tree = grow_on(decode(document), how, years, seed=seed, events=growth.read_events(events))
+    tree = grow_on(decode(document), how, years, seed=seed, events=events)
     return encode(tree)

@@ -16,7 +16,7 @@ import click
 from pipeline.choosing import chosen
 from pipeline.cli import options
 from pipeline.cli.logs import LOGGER
-from pipeline.errors import InputFormatError, InputMissingError, OutputError
+from pipeline.errors import InputFormatError, InputMissingError, OutputError, UsageError
 
 if TYPE_CHECKING:
     from pipeline.growth import Event, GrowthOptions
@@ -79,8 +79,16 @@ def growth_options(
     return chosen(GrowthOptions, values, settings)
 
 
-def read_events(path: Path | None) -> tuple[Event, ...]:
-    """Return the events of a file; none without one."""
+def read_events(path: Path | None, years: int) -> tuple[Event, ...]:
+    """Return the events of a file; none without one.
+
+    Raises
+    ------
+    InputMissingError, InputFormatError
+        If the file cannot be read.
+    UsageError
+        If a key or value in it is wrong, or an event is of a later year than growth has.
+    """
     if path is None:
         return ()
     if path.is_dir():
@@ -90,7 +98,17 @@ def read_events(path: Path | None) -> tuple[Event, ...]:
         msg = f"{path}: there is no such file; check the name given to --events"
         raise InputMissingError(msg)
     reader = import_module("pipeline.growth.events")  # late: not needed by most commands
-    return tuple(reader.read_events(path))
+    events = tuple(reader.read_events(path))
+    late = [event.year for event in events if event.year > years]
+    if late:
+        msg = (
+            f"{path}: an event is of year {late[0]}, but growth is from year 0 to {years}; move it or add "
+            "years"
+        )
+        raise UsageError(msg)
+    if not events:
+        LOGGER.warning("%s: has no events, so none is done; write tables [[event]], or leave it out", path)
+    return events
 
 
 def check_model(*paths: Path) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline.cli import options
+from pipeline.cli.logs import LOGGER
 
 if TYPE_CHECKING:
     from pipeline.model import Floats, PointCloud, Skeleton, TreeModel
@@ -30,6 +31,8 @@ def command(file: Path, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(facts, indent=2))
         return
+    if facts["kind"] == "tree" and facts["radius_share"] is None:
+        facts["radius_share"] = "not told by the file"
     for key, value in facts.items():
         if value not in (None, []):
             click.echo(f"{key:<14} {_shown(value)}")
@@ -43,12 +46,16 @@ def _facts(file: Path) -> dict[str, Any]:
     if kind == "cloud":
         from pipeline.cloud import read_cloud
 
-        return {"kind": kind, **_cloud_facts(read_cloud(file)), **_size(file, None)}
-    from pipeline.exchange import read_model
+        return {"kind": kind, **_cloud_facts(file, read_cloud(file)), **_size(file, None)}
+    from pipeline.exchange import read_model, tells_sources
 
     model = read_model(file)
     options.warn_if_flat(file, model)
-    return {**_model_facts(model), **_size(file, len(model))}
+    options.tell_cylinders(file, model)
+    facts = _model_facts(model)
+    if not tells_sources(file):
+        facts["radius_share"] = None
+    return {**facts, **_size(file, len(model))}
 
 
 def kind_of(file: Path) -> str:
@@ -71,14 +78,19 @@ def _mesh_facts(file: Path) -> dict[str, Any]:
 
     from pipeline.formats.ply import open_ply
 
-    vertices = open_ply(file).columns("vertex")
+    ply = open_ply(file)
+    ply.require_whole()
+    vertices = ply.columns("vertex")
     return _extent(np.column_stack([vertices[axis] for axis in "xyz"]).astype(np.float64))
 
 
-def _cloud_facts(cloud: PointCloud) -> dict[str, Any]:
+def _cloud_facts(file: Path, cloud: PointCloud) -> dict[str, Any]:
     import numpy as np
 
     finite = cloud.world[np.isfinite(cloud.xyz).all(axis=1)]
+    if len(finite) < len(cloud):
+        lost = len(cloud) - len(finite)
+        LOGGER.warning("%s: %d of %d points have no finite coordinates", file, lost, len(cloud))
     height = float(np.ptp(finite[:, 2])) if len(finite) else None
     return {"points": len(cloud), "height_m": height, "crs": cloud.crs, **_extent(finite)}
 
@@ -113,6 +125,8 @@ def _extent(world: Floats) -> dict[str, Any]:
 
 
 def _size(file: Path, nodes: int | None) -> dict[str, Any]:
+    if not file.is_file():  # a tree of an archive, which is no file of its own
+        return {}
     size = file.stat().st_size
     return {"bytes": size, "bytes_per_node": size / nodes if nodes else None}
 

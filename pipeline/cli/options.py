@@ -34,6 +34,9 @@ ground = click.option(
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 
 
+NOTEWORTHY = 1e-3
+"""Share of a volume below which a difference is not worth a word."""
+
 LSYSTEM_SUFFIXES = (".ls.json", ".ls.json.zst")
 
 
@@ -111,6 +114,24 @@ def warn_if_flat(file: Path, model: TreeModel | Skeleton) -> None:
 
     if isinstance(model, TreeModel) and FLAT in model.metadata.get("flags", ()):
         LOGGER.warning("%s: trunk.anchor has two coordinates; its height is taken as 0", file)
+
+
+def tell_cylinders(file: Path, model: TreeModel | Skeleton) -> None:
+    """Say what a file's cylinders hold by themselves, where the tree that joins them holds another amount."""
+    from pipeline.exchange import cylinders_of
+    from pipeline.model import TreeModel
+
+    held = cylinders_of(file) if isinstance(model, TreeModel) else None
+    if held is None or not isinstance(model, TreeModel):
+        return
+    joined = float(model.volume.sum())
+    if abs(joined - held.volume) > NOTEWORTHY * held.volume:
+        LOGGER.warning(
+            "%s: its cylinders alone hold %.1f L in %.1f m; joined into one tree, where every branch begins "
+            "on its parent's axis and radii taper, they are %.1f L in %.1f m",
+            *(file, 1000 * held.volume, held.length.sum()),
+            *(1000 * joined, model.skeleton.length.sum()),
+        )
 
 
 def with_method(config: Config, name: str | None) -> Config:

@@ -67,6 +67,7 @@ def command(words: Sequence[str], operation: str, every: bool, target: Path, **g
     acts only as the tree grows on, a stake for one, is a matter of `treepipe simulate --events`.
     """
     from pipeline.exchange import format_of
+    from pipeline.growth.carrying import Carrying
     from pipeline.growth.pruning import operation_of
     from pipeline.jobs.naming import named
     from pipeline.jobs.pruning import prune
@@ -79,10 +80,14 @@ def command(words: Sequence[str], operation: str, every: bool, target: Path, **g
     growth.check_model(model)
     tree = read_tree(model)
     options.warn_if_flat(model, tree)
+    how, seed = given["how"], given["seed"]
     with named(model):
-        pruned, done = growth.tell_of_poles(prune)(tree, pruning, given["how"], seed=given["seed"])
+        pruned, done = growth.tell_of_poles(prune)(tree, pruning, how, seed=seed)
+        if done.idle:
+            pruning.check_chosen(Carrying(tree, how, seed=seed))
     if done.idle:
-        LOGGER.warning("%s: %s finds nothing to do; the tree is as it was", model, operation)
+        text = "%s: %s finds nothing to do; the tree is as it was. It looks for %s"
+        LOGGER.warning(text, model, operation, pruning.sought)
     if done.tied:
         LOGGER.warning("ties act as the tree grows, and files of models have none; use `treepipe simulate`")
     growth.check_writable(target.parent)

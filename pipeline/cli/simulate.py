@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +48,7 @@ def command(model: Path | None, overwrite: bool, **given: Any) -> None:
     from pipeline.jobs.standing import read_shade, read_tree
 
     formats, shade = given.pop("formats"), given.pop("shade")
-    how, events = given.pop("how"), growth.read_events(given.pop("events"))
+    how, events = given.pop("how"), growth.read_events(given.pop("events"), given["years"])
     plan = Simulation(
         options=_with(how, light=given.pop("light"), allocation=given.pop("allocation")),
         formats=parse_formats(formats) if formats is not None else ("lsjson",),
@@ -74,7 +75,7 @@ def _simulate(model: Path | None, start: TreeModel, plan: Any) -> None:
     from pipeline.jobs.naming import named
     from pipeline.jobs.simulation import simulate
 
-    with named(model or plan.out):
+    with nullcontext() if model is None else named(model):
         log = simulate(start, plan, warn=lambda text: LOGGER.warning("%s", text))
     for year in log["models"]:
         dbh = "" if year["dbh_cm"] is None else f", DBH {year['dbh_cm']:.1f} cm"

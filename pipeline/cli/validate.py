@@ -48,6 +48,9 @@ def _findings(file: Path, schema: Path | None) -> list[Finding]:
     if not name.endswith((".city.json", ".city.jsonl", *options.LSYSTEM_SUFFIXES)):
         msg = f"{file}: cannot be validated; give a .city.json, .city.jsonl, .ls.json or .ls.json.zst file"
         raise UsageError(msg)
+    if schema is not None and name.endswith(options.LSYSTEM_SUFFIXES):
+        msg = f"--schema {schema}: is for CityJSON, and {file} is an L-system; leave it out"
+        raise UsageError(msg)
     if not file.is_file():
         msg = f"{file}: there is no such file; check the name"
         raise InputMissingError(msg)
@@ -71,9 +74,12 @@ def _findings(file: Path, schema: Path | None) -> list[Finding]:
 def _finding(where: str, what: str, remedy: str) -> Finding:
     from pipeline.cityjson import Finding
 
-    return Finding(
-        where, f"{what[:1].upper()}{what[1:]}.", f"{(remedy or 'write the file anew').capitalize()}."
-    )
+    return Finding(where, _full(what), _full(remedy or "write the file anew"))
+
+
+def _full(text: str) -> str:
+    """Return a text with a capital at its start and a full stop; names inside keep theirs."""
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def _schema(file: Path) -> dict[str, Any]:

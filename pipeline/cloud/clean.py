@@ -84,8 +84,8 @@ def clean(
         All points of a file. The attributes `classification` and `withheld`, where there are any,
         are used as LAS defines them.
     ground : PointCloud or None
-        Ground points around the tree, in the same reference system; used where the cloud itself
-        has none of class 2.
+        Ground points around the tree, in the same reference system. They are the ground that counts,
+        also where the cloud has points of class 2 itself.
     options : CleanOptions or None
 
     Returns
@@ -183,12 +183,12 @@ def _surface(
 ) -> tuple[Ground | None, str]:
     """Return the ground surface and where it comes from: "class", "file", "found" or "lowest"."""
     least = options.ground_layer_m
-    if len(classified):
-        return Ground.through(classified, least_layer_m=least), "class"
-    if ground is not None:
+    if ground is not None:  # whoever gives one means it
         surface = Ground.through(_of_file(ground, tree), least_layer_m=least)
         _require_near(surface, tree, ground)
         return surface, "file"
+    if len(classified):
+        return Ground.through(classified, least_layer_m=least), "class"
     found = find_ground(tree.xyz) if options.find_ground else None
     return (None, "lowest") if found is None else (Ground.through(found, least_layer_m=least), "found")
 

@@ -6,15 +6,25 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pipeline.cloud.units import require_metres
 from pipeline.errors import NotATreeError
 from pipeline.model import PointCloud
 
 MIN_POINTS = 10
+DEGREES_OF_A_TREE = 0.005  # no crown is half a kilometre wide
 FLAT = 1e-3  # thinnest direction of the cloud over its longest: a real tree is never that flat
 
 
 def require_tree(cloud: PointCloud) -> None:
-    """Raise `NotATreeError` if the points, not cleaned here, are too few or without volume."""
+    """Raise `NotATreeError` if the points, not cleaned here, are too few, not finite, or without volume."""
+    require_metres(cloud)
+    lost = int((~np.isfinite(cloud.xyz).all(axis=1)).sum())
+    if lost:
+        msg = (
+            f"{_where(cloud)}: {_points(lost)} of {len(cloud)} without finite coordinates; "
+            "drop them with `treepipe clean` first"
+        )
+        raise NotATreeError(msg)
     apart = cloud.take(np.sort(np.unique(cloud.xyz, axis=0, return_index=True)[1]))
     require_points(apart, len(cloud), {"duplicate": len(cloud) - len(apart)})
     require_volume(apart)
@@ -58,11 +68,18 @@ def require_volume(cloud: PointCloud) -> None:
     spread = np.sqrt(np.maximum(np.linalg.eigvalsh(off.T @ off)[::-1], 0.0))
     for rank, shape in ((1, "on one line"), (2, "in one plane")):
         if spread[rank] <= FLAT * spread[0]:
-            msg = (
-                f"{_where(cloud)}: all {len(cloud)} points lie {shape}; "
-                "give a scan of a whole tree with x, y and z"
-            )
+            remedy = "give a scan of a whole tree with x, y and z"
+            if _could_be_degrees(cloud):
+                remedy = "where x and y are degrees, reproject the points to a system in metres first"
+            msg = f"{_where(cloud)}: all {len(cloud)} points lie {shape}; {remedy}"
             raise NotATreeError(msg)
+
+
+def _could_be_degrees(cloud: PointCloud) -> bool:
+    """Whether x and y are longitudes and latitudes by their size, and vary as little as those of a tree."""
+    world = cloud.world[:, :2]
+    small = (np.ptp(world, axis=0) < DEGREES_OF_A_TREE).all() and np.ptp(world, axis=0).any()
+    return bool(small and (np.abs(world) <= (180, 90)).all())
 
 
 def _where(cloud: PointCloud) -> str:

@@ -48,6 +48,16 @@ class Cylinders:
     end_radius: Floats | None = None
     foot_radius: float | None = None
 
+    @property
+    def length(self) -> Floats:
+        """(M,) length of each axis in metres."""
+        return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
+
+    @property
+    def volume(self) -> float:
+        """Volume of all of them in cubic metres, as the program that wrote them sums it."""
+        return float((np.pi * self.radius**2 * self.length).sum())
+
 
 def equal_volume(start_radius: Floats, end_radius: Floats) -> Floats:
     """Return the radius of the cylinder that has the volume of a frustum of the same length.

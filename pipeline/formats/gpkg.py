@@ -2,7 +2,8 @@
 
 The table ``branches`` has a LINESTRING ZM for every branch, whose M is the radius in metres; a line
 starts on its parent's axis with the branch's own radius. ``parent_vertex`` is the place of that start on
-the parent's line, from 0, and ``nodes`` the numbers that the tree gives to the vertices after it. The
+the parent's line, from 0, ``nodes`` the numbers that the tree gives to the vertices after it, and
+``radius_source`` where their radii come from (of the stem that of its foot, too), as LsJSON tells it. The
 table ``trees`` has a POINT Z at the foot, with height, diameter at breast height and volume.
 
 References
@@ -20,20 +21,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pipeline.errors import InputFormatError, InputMissingError
 from pipeline.formats.geopackage import add_table, begin, coordinates, geometry
 from pipeline.formats.lines import FAR, linked
 from pipeline.formats.nodes import Flags, Nodes, Positions
+from pipeline.lsystem.radii import sources, sources_text
 from pipeline.model import RADIUS_SOURCES, Floats, TreeModel, Trunk
 from pipeline.output import whole_file
 
-LOSES = ("radius source", "radius error", "metadata")
+LOSES = ("radius error", "metadata")
 """What a tree has and the file cannot hold."""
 
 BRANCHES = (
     "branch_id INTEGER, parent_branch_id INTEGER, parent_vertex INTEGER, branch_order INTEGER, "
-    "length_m DOUBLE, volume_l DOUBLE, start_radius_m DOUBLE, nodes TEXT"
+    "length_m DOUBLE, volume_l DOUBLE, start_radius_m DOUBLE, nodes TEXT, radius_source TEXT"
 )
 TREES = (
     "crs TEXT, height_m DOUBLE, volume_l DOUBLE, length_m DOUBLE, branches INTEGER, dbh_m DOUBLE, "
@@ -101,7 +104,8 @@ def read(path: str | os.PathLike[str]) -> TreeModel:
     node = _told(branches, rows[1], parent)
     new = np.argsort(node)
     above = np.where(parent[node] < 0, -1, new[parent[node]])
-    return Nodes(world[node], above, goes_on[node], crs, origin).tree(radius[node], trunk)
+    source = _sources(branches, lines, rows[1])[node]
+    return Nodes(world[node], above, goes_on[node], crs, origin).tree(radius[node], trunk, source)
 
 
 def _ranges(numbers: Sequence[int]) -> str:
@@ -161,6 +165,7 @@ def _branches(tree: TreeModel, srs: int) -> list[list[Any]]:
         rows.append(
             [line, *where, int(skeleton.order[own[0]]), *sums, float(thick[0]), _ranges(own.tolist())]
         )
+        rows[-1].append(sources_text(tree.radius_source[own if b else nodes]))
     return rows
 
 
@@ -257,6 +262,20 @@ def _joined(
         goes_on += [k == stem, *[True] * len(own)]
     points = np.concatenate([lines[stem][:1], *(lines[k][1:] for k in order.tolist())])
     return points[:, :3], points[:, 3], np.array(parent, dtype=np.int64), np.array(goes_on)
+
+
+def _sources(
+    branches: Sequence[Mapping[str, Any]], lines: Sequence[Floats], order: Positions
+) -> NDArray[np.uint8]:
+    """Return where the radii come from, branch by branch; propagated where a branch does not say."""
+    found: list[NDArray[np.uint8]] = []
+    for k in order.tolist():
+        told, count = branches[k].get("radius_source"), len(lines[k]) - bool(found)
+        try:
+            found.append(sources(told if isinstance(told, str) else None, count))
+        except InputFormatError:  # its line has been edited since
+            found.append(sources(None, count))
+    return np.concatenate(found)
 
 
 def _known(

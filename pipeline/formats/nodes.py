@@ -5,7 +5,7 @@ See `pipeline.model.Skeleton` and `pipeline.geometry.numbering`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,10 +50,13 @@ class Nodes:
         """Return the skeleton."""
         return self.numbered()[0]
 
-    def tree(self, radius: Floats, trunk: Trunk | None = None) -> TreeModel:
-        """Return the tree with radii (N,) in metres, in the order of the nodes here."""
+    def tree(
+        self, radius: Floats, trunk: Trunk | None = None, source: NDArray[np.uint8] | None = None
+    ) -> TreeModel:
+        """Return the tree with radii (N,) in metres and their sources, in the order of the nodes here."""
         skeleton, node = self.numbered()
-        return untold(skeleton, radius[node], trunk)
+        tree = untold(skeleton, radius[node], trunk)
+        return tree if source is None else replace(tree, radius_source=source[node])
 
     def numbered(self) -> tuple[Skeleton, Positions]:
         """Return the skeleton, and which node stands at each of its numbers."""

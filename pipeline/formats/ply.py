@@ -95,6 +95,15 @@ class Ply:
         msg = f"{self.path}: has no element {name}"
         raise InputFormatError(msg)
 
+    def require_whole(self) -> None:
+        """Raise `InputFormatError` if the body ends before the rows that the header promises."""
+        tokens = self.body.split() if not self.order else []
+        place = 0
+        for element in self.elements:
+            place = self._after(element, place, tokens)
+            if place > len(tokens if not self.order else self.body):
+                raise _short(self, element)
+
     def _table(self, element: Element, place: int, tokens: list[bytes]) -> dict[str, NDArray[Any]]:
         if element.has_lists:
             msg = f"{self.path}: its element {element.name} has lists, expected plain numbers; write it anew"

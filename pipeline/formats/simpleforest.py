@@ -105,6 +105,11 @@ def read(path: str | os.PathLike[str]) -> TreeModel:
     InputFormatError
         If columns or rows are missing, a field is no number, or the rows make no tree.
     """
+    return tree_of(read_cylinders(path))
+
+
+def read_cylinders(path: str | os.PathLike[str]) -> Cylinders:
+    """Read the cylinders as they stand in the table, with its gaps; raises what `read` raises."""
     rows, names = _rows(path)
     table = numbers(path, rows, names)
     column = dict(zip(names, table.T, strict=True))
@@ -120,7 +125,7 @@ def read(path: str | os.PathLike[str]) -> TreeModel:
     if set(ENDS) <= set(names):
         first, told = (not_negative(path, rows, column[name], name) for name in ENDS)
         foot = float(first[parent < 0][0])
-    return tree_of(Cylinders(start, end, radius, parent, goes_on, told, foot))
+    return Cylinders(start, end, radius, parent, goes_on, told, foot)
 
 
 def _between_forks(parent: Positions) -> tuple[Positions, Positions]:

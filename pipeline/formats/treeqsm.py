@@ -122,6 +122,11 @@ def read(path: str | os.PathLike[str]) -> TreeModel:
     InputFormatError
         If a row has another number of columns, a field is no number, or the rows make no tree.
     """
+    return tree_of(read_cylinders(path))
+
+
+def read_cylinders(path: str | os.PathLike[str]) -> Cylinders:
+    """Read the cylinders as they stand in the table, with its gaps; raises what `read` raises."""
     lines = read_lines(path, KIND)
     rows = [Row(k, line.split()) for k, line in enumerate(lines, 1)]
     rows = [row for row in rows if row.fields and not row.fields[0].startswith("#")]
@@ -140,7 +145,7 @@ def read(path: str | os.PathLike[str]) -> TreeModel:
     table = numbers(path, rows, names)
     if names is COLUMNS and _is_of_version_2_3(table):
         names = VERSION_2_3
-    return tree_of(of_columns(path, rows, dict(zip(names, table.T, strict=True))))
+    return of_columns(path, rows, dict(zip(names, table.T, strict=True)))
 
 
 def of_columns(

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import InputFormatError, MissingExtraError
-from pipeline.formats.cylinders import tree_of
+from pipeline.formats.cylinders import Cylinders, tree_of
 from pipeline.formats.lines import FAR, Row, read_bytes
 from pipeline.formats.matfile import variables
 from pipeline.formats.treeqsm import of_columns
@@ -58,6 +58,11 @@ def read(path: str | os.PathLike[str]) -> TreeModel:
     MissingExtraError
         If it is of version 7.3 and h5py is absent.
     """
+    return tree_of(read_cylinders(path))
+
+
+def read_cylinders(path: str | os.PathLike[str]) -> Cylinders:
+    """Read the cylinders as they stand in the file, with its gaps; raises what `read` raises."""
     content = read_bytes(path, KIND)
     is_hdf5 = HDF5 in (content[:8], content[512:520])
     found = list(_in_hdf5(path, content) if is_hdf5 else _in_mat5(path, content))
@@ -67,7 +72,7 @@ def read(path: str | os.PathLike[str]) -> TreeModel:
         raise InputFormatError(msg)
     columns = _columns(path, found[0])
     rows = [Row(f"row {k} of its cylinder", ()) for k in range(1, len(columns["radius"]) + 1)]
-    return tree_of(of_columns(path, rows, columns))
+    return of_columns(path, rows, columns)
 
 
 def _columns(path: str | os.PathLike[str], cylinder: Mapping[str, Any]) -> dict[str, Floats]:

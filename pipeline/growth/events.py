@@ -21,8 +21,9 @@ from typing import Any
 
 from pydantic import Field, ValidationError
 
+from pipeline.choosing import meant
 from pipeline.errors import InputFormatError, InputMissingError, UsageError
-from pipeline.growth.pruning import Operation, Pruned, operation_of
+from pipeline.growth.pruning import OPERATIONS, Operation, Pruned, operation_of
 from pipeline.growth.simulation import Growth
 from pipeline.options import Options
 from pipeline.output import write_text
@@ -75,7 +76,7 @@ class PruningEvent:
     programme: Programme
 
     def apply(self, growth: Growth) -> Pruned:
-        """Do it.
+        """Do it; one that is repeated waits for its branches, as a tree has none at first.
 
         Raises
         ------
@@ -83,9 +84,12 @@ class PruningEvent:
             If the operation is not possible on this tree; says which event it was.
         """
         try:
+            if self.programme.timing.until is None:
+                self.programme.operation.check_chosen(growth)
             return self.programme.operation.apply(growth)
         except UsageError as error:
-            msg = f"event of year {self.year}, {self.programme.operation.name}: {error}"
+            name = self.programme.operation.name
+            msg = f"event of year {self.year}, {name}: {str(error).removeprefix(f'{name}: ')}"
             raise UsageError(msg) from error
 
 
@@ -127,7 +131,7 @@ def read_events(path: Path) -> tuple[PruningEvent, ...]:
         If there is no such file, or it is not TOML.
     UsageError
         If an operation or key is unknown (names the nearest), or a year or parameter out of range; says in
-        which event of the file.
+        which event of the file. If the file has other tables or keys.
     """
     tables = _tables(path)
     events: list[PruningEvent] = []
@@ -165,7 +169,13 @@ def programme_of(table: Mapping[str, Any]) -> Programme:
         raise UsageError(msg)
     when = {key: value for key, value in table.items() if key in Timing.model_fields}
     what = {key: value for key, value in table.items() if key not in when and key != "operation"}
-    return Programme(_timing(when), operation_of(str(table["operation"]), what))
+    name = str(table["operation"])
+    if name in OPERATIONS:
+        known = (*Timing.model_fields, *OPERATIONS[name].model_fields)
+        for key in (key for key in what if key not in known):
+            msg = f"{name}: unknown key {key}{meant(key, known)} known: {', '.join(known)}"
+            raise UsageError(msg)
+    return Programme(_timing(when), operation_of(name, what))
 
 
 def _timing(values: Mapping[str, Any]) -> Timing:
@@ -198,7 +208,7 @@ def _tables(path: Path) -> Iterator[Mapping[str, Any]]:
     if held or not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
         unknown = f"{next(iter(held))} is not known here; " if held else ""
         msg = f"{path}: {unknown}a file of events has tables [[event]] and nothing else"
-        raise InputFormatError(msg)
+        raise UsageError(msg)
     yield from tables
 
 

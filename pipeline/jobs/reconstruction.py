@@ -13,6 +13,7 @@ from pyproj import CRS
 from pyproj.exceptions import CRSError
 
 from pipeline.cloud import CLOUD_SUFFIXES, read_cloud
+from pipeline.cloud.units import other_unit
 from pipeline.config import Config
 from pipeline.errors import InputMissingError, OutputError, PipelineError, UsageError
 from pipeline.jobs.inputs import Input
@@ -136,14 +137,19 @@ def parse_crs(text: str) -> str:
     Raises
     ------
     UsageError
-        If the text is not of that form, or there is no such system.
+        If the text is not of that form, there is no such system, or it does not count in metres.
     """
     authority, _, number = text.partition(":")
     try:
         if authority.upper() == "EPSG" and number.isdecimal():
             CRS.from_epsg(int(number))
-            return f"EPSG:{int(number)}"
-        reason = "is not of the form EPSG:N"
+            crs = f"EPSG:{int(number)}"
+            unit = other_unit(crs)
+            if unit is None:
+                return crs
+            reason = f"counts in the unit {unit}, and a tree is measured in metres"
+        else:
+            reason = "is not of the form EPSG:N"
     except CRSError:
         reason = "is not known"
     msg = f"--crs {text}: {reason}; give for example EPSG:28992"

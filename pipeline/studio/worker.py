@@ -63,14 +63,15 @@ class Worker(Generic[W, S, R]):
         self._job, self._watcher, self._gather_s = job, watcher, gather_s
         self._change = Condition()
         self._wanted: list[W] = []  # the wish, or none
-        self._stop = self._end = False
+        self._stop = self._end = self._making = False
         self._thread = Thread(target=self._work, name="studio worker", daemon=True)
         self._thread.start()
 
     @property
-    def waiting(self) -> bool:
-        """Whether something newer is wanted than what is being made."""
-        return bool(self._wanted)
+    def busy(self) -> bool:
+        """Whether something is wanted that is neither made, nor given up, nor told to stop."""
+        with self._change:
+            return (self._making or bool(self._wanted)) and not self._stop
 
     @property
     def stopping(self) -> bool:
@@ -108,6 +109,7 @@ class Worker(Generic[W, S, R]):
                 if self._end:
                     return []
                 wishes, self._wanted = self._wanted, []
+                self._making = bool(wishes)
             if wishes:
                 return wishes
             self._watcher.stopped()  # while it was gathered
@@ -117,11 +119,14 @@ class Worker(Generic[W, S, R]):
         try:
             self._watcher.begins(wish)
             result = self._job(wish, self._told)
+            self._making = False  # before it is told, so that who is told finds nothing at work
             self._watcher.stopped() if self._stop else self._watcher.done(result)
         except _Overtaken:
+            self._making = False
             if self._stop:
                 self._watcher.stopped()
         except Exception as error:  # the last resort: the page goes on and says so
+            self._making = False
             self._watcher.failed(sentence_of(error))
 
     def _told(self, step: S) -> None:

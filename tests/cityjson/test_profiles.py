@@ -11,7 +11,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.cityjson import CityjsonOptions, check, extension, from_cityjson, to_cityjson
+from pipeline.cityjson import (
+    CityjsonOptions,
+    SeqWriter,
+    check,
+    extension,
+    from_cityjson,
+    to_cityjson,
+    write_cityjson,
+)
+from pipeline.cityjson.extension import FILE
 from pipeline.cityjson.schema import schema_findings
 from pipeline.lsystem import decode, read_lsjson
 from pipeline.model import Skeleton, TreeModel
@@ -134,6 +143,21 @@ def test_the_shipped_extension_is_one(shared_data: Path) -> None:
     assert {"extraRootProperties", "extraAttributes", "extraCityObjects", "extraSemanticSurfaces"} <= set(
         ours
     )
+
+
+def test_the_extension_stands_beside_the_files_that_name_it(tree: TreeModel, tmp_path: Path) -> None:
+    elsewhere = "https://trees.example.com/treeskeleton.ext.json"
+    for profile in ("default", "extension", "compact"):
+        for url, there in ((FILE, profile != "default"), (elsewhere, False)):
+            how = options(profile, extension_url=url)
+            one, many = (tmp_path / f"{profile}-{len(url)}-{each}" for each in ("one", "many"))
+            write_cityjson(to_cityjson(tree, name="oak", options=how), one / "oak.city.json")
+            with SeqWriter(many / "oak.city.jsonl", options=how) as forest:
+                forest.add(tree, "oak")
+            for folder in (one, many):
+                assert (folder / FILE).exists() == there
+                if there:
+                    assert json.loads((folder / FILE).read_text()) == extension()
 
 
 def no_scale(d: Any) -> None:

@@ -9,6 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.cloud import write_cloud
+from pipeline.model import PointCloud
+
 LINE = np.linspace([0, 0, 0], [1, 2, 5], 200)
 PLANE = np.column_stack([np.tile(np.arange(15), 15), np.repeat(np.arange(15), 15), np.zeros(225)]) / 10
 
@@ -50,6 +53,54 @@ def test_points_that_are_no_tree(run, tmp_path, name, points, words):
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert [entry["status"] for entry in summary["inputs"]] == ["failed"]
     assert f"treepipe: {summary['inputs'][0]['error']}" == line
+
+
+@pytest.mark.parametrize("command", ["run", "clean"])
+@pytest.mark.parametrize(("crs", "unit"), [("EPSG:4326", "degree"), ("EPSG:2263", "US survey foot")])
+def test_a_cloud_in_degrees_or_feet_is_refused(call, points, tmp_path, command, crs, unit):
+    cloud = tmp_path / "strange.laz"
+    write_cloud(PointCloud(points, np.zeros(3), crs), cloud)
+    more = ["--out", tmp_path / "out", "--no-picture"] if command == "run" else ["-o", tmp_path / "c.laz"]
+    line = complaint(call(command, cloud, *more), 1)
+    assert f"{cloud}: its reference system {crs} counts in the unit {unit}" in line
+    assert "reproject" in line
+
+
+def test_a_system_in_degrees_is_wrong_usage(run, sapling, tmp_path):
+    assert "counts in the unit degree" in complaint(run(sapling, "--crs", "EPSG:4326"), 2)
+    assert not (tmp_path / "out").exists()
+
+
+def test_longitudes_without_a_system_are_guessed(run, points, tmp_path):
+    cloud = tmp_path / "degrees.xyz"
+    np.savetxt(cloud, points * [1e-5, 1e-5, 1] + [4.9, 52.3, 0], fmt="%.9f")
+    assert "where x and y are degrees, reproject" in complaint(run(cloud), 1)
+
+
+def test_a_skeleton_is_not_made_of_points_that_are_not_finite(call, tmp_path, points):
+    cloud = save(tmp_path / "holes.xyz", np.vstack([points, np.full((3, 3), np.nan)]))
+    line = complaint(call("skeleton", cloud, "-o", tmp_path / "s.skeleton.ply"), 1)
+    assert "3 points of" in line
+    assert "`treepipe clean`" in line
+
+
+def test_a_cloud_elsewhere_than_the_skeleton_is_refused(call, made, tmp_path, points):
+    """It would be searched for points for hours."""
+    cloud = save(tmp_path / "far.xyz", points + [500_000, 0, 0])
+    skeleton = made / "sapling" / "sapling.skeleton.ply"
+    line = complaint(call("fit", skeleton, "--cloud", cloud, "-o", tmp_path / "m.npz"), 1)
+    assert f"{cloud}: lies elsewhere than {skeleton}" in line
+
+
+def test_the_cloud_of_fit_is_named_alone(call, made, tmp_path):
+    skeleton, cloud = made / "sapling" / "sapling.skeleton.ply", tmp_path / "absent.laz"
+    line = complaint(call("fit", skeleton, "--cloud", cloud, "-o", tmp_path / "m.npz"), 1)
+    assert line.startswith(f"treepipe: {cloud}: there is no such file")
+
+
+def test_a_command_that_is_not_there_is_answered_with_the_nearest(call):
+    assert "do you mean 'skeleton'?" in complaint(call("skeletton", "a.laz"), 2)
+    assert "No such command 'nothing'" in complaint(call("nothing"), 2)
 
 
 def test_more_than_one_tree_can_be(run, tmp_path, points):

@@ -10,6 +10,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.batch.stubs import count, listing, make_tile, treeless
@@ -90,6 +91,43 @@ def test_a_dry_run_writes_nothing(call, tile, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("little")
+def test_a_dry_run_tells_of_the_run_that_its_folder_holds(call, tile, tmp_path, monkeypatch):
+    monkeypatch.setattr("pipeline.batch.engine.cluster", Given)
+    out = tmp_path / "out"
+    call("batch", tile, "--out", out, *SMALL, "--no-merge", "--only", "121050_487000_50")
+    before = listing(out)
+    same = call("batch", tile, "--out", out, *SMALL, "--dry-run")
+    assert same.exit_code == 0, same.output
+    assert "begun            1 done, 0 quarantined, 3 missing" in same.stdout
+    for other, what in (
+        (("--set", "clean.voxel_m=0.03"), "settings"),
+        (("--edition", "x"), "tiles or areas"),
+    ):
+        refused = call("batch", tile, "--out", out, *SMALL, "--dry-run", *other)
+        assert refused.exit_code == 2, refused.output
+        assert f"holds results of other {what}" in refused.stderr
+    assert listing(out) == before
+
+
+@pytest.mark.usefixtures("little")
+def test_the_areas_of_a_run_are_those_of_its_statistics(call, tile, tmp_path, monkeypatch):
+    monkeypatch.setattr("pipeline.batch.engine.cluster", Given)
+    asked = {}
+    monkeypatch.setattr("pipeline.batch.merge.merge", lambda _, **how: asked.update(how) or {"notes": []})
+    area = tmp_path / "wijk.geojson"
+    ring = [[121_000, 487_000], [121_040, 487_000], [121_000, 487_040], [121_000, 487_000]]
+    shape = {"type": "Polygon", "coordinates": [ring]}
+    crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::28992"}}
+    feature = {"type": "Feature", "properties": {"wijk": "Oost"}, "geometry": shape}
+    area.write_text(json.dumps({"type": "FeatureCollection", "crs": crs, "features": [feature]}))
+    done = call("batch", tile, "--out", tmp_path / "out", *SMALL, "--aoi", area)
+    assert done.exit_code == 0, done.output
+    assert asked["areas"] == area
+    call("batch", tile, "--out", tmp_path / "other", *SMALL)
+    assert asked["areas"] is None
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -125,6 +163,21 @@ def test_a_folder_of_something_else_is_refused(call, tmp_path):
         result = call("batch", *words, tmp_path)
         assert result.exit_code == 1
         assert "is no folder of a batch" in result.stderr
+
+
+def test_a_tree_of_an_archive_is_told_as_any_model(call, tmp_path):
+    from pipeline.lsystem import ArchiveWriter, encode
+    from pipeline.model import Skeleton, TreeModel
+
+    axis = np.column_stack([np.zeros((4, 2)), np.arange(4.0)])
+    tree = TreeModel(Skeleton(axis, np.arange(4) - 1), np.full(4, 0.1), np.zeros(4), np.zeros(4))
+    archive = tmp_path / "models.lsjson.jsonl.zst"
+    with ArchiveWriter(archive) as writer:
+        writer.add("als_1_2", encode(tree))
+    result = call("info", f"{archive}#als_1_2", "--json")
+    assert result.exit_code == 0, result.stderr
+    told = json.loads(result.stdout)
+    assert (told["kind"], told["nodes"], told["height_m"], told["bytes"]) == ("tree", 4, 3.0, None)
 
 
 def test_an_area_without_any_tree_is_told_by_words_summary_and_exit_code(call, tile, tmp_path, monkeypatch):

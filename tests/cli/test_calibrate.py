@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 
 import pytest
 
@@ -13,6 +14,7 @@ from pipeline.growth.calibration import FITTED, SearchOptions, size_of
 from pipeline.growth.carrying import Carrying, through
 from pipeline.growth.events import read_events
 from pipeline.jobs.calibration import acquire, events_path, fit_growth, report_lines
+from pipeline.model import Skeleton
 from pipeline.run import grow_on
 
 
@@ -92,6 +94,18 @@ def test_trees_that_stand_apart_are_not_searched_for_lost_wood(pair):
     fit = fit_growth(earlier, later, 2, start=GrowthOptions(), search=SearchOptions(trials=1))
     assert fit.cuts == ()
     assert "bring both into one system" in "\n".join(report_lines(fit))
+
+
+def test_that_feet_are_apart_is_said_once(call, pair, tmp_path):
+    later = read_model(pair[1])
+    graph = later.skeleton
+    aside = Skeleton(graph.xyz, graph.parent, graph.origin + 5.0, graph.crs, graph.metadata)
+    path = tmp_path / "aside.npz"
+    write(replace(later, skeleton=aside), path)
+    result = call("calibrate", pair[0], path, "--years", 4, "-o", tmp_path / "fit.toml", "--trials", 2)
+    assert result.exit_code == 0, result.stderr
+    assert (result.stdout + result.stderr).count("m apart, so lost wood is not sought") == 1
+    assert "m apart, so lost wood is not sought" in (tmp_path / "fit.toml").read_text()
 
 
 @pytest.mark.slow

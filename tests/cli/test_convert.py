@@ -49,8 +49,11 @@ def test_info_tells_where_radii_come_from(call, sapling_model, tmp_path):
     assert known["radius_share"]["measured"] > 0.1
     call("convert", sapling_model, tmp_path / "tree.swc")
     known = json.loads(call("info", tmp_path / "tree.swc", "--json").stdout)
-    assert known["radius_share"] == {"measured": 0.0, "propagated": 1.0, "allometric": 0.0}
-    assert "propagated 1.000" in call("info", tmp_path / "tree.swc").stdout
+    assert known["radius_share"] is None
+    assert "radius_share   not told by the file" in call("info", tmp_path / "tree.swc").stdout
+    call("convert", sapling_model, tmp_path / "tree.gpkg")
+    known = json.loads(call("info", tmp_path / "tree.gpkg", "--json").stdout)
+    assert known["radius_share"]["measured"] > 0.1
 
 
 @pytest.mark.parametrize("suffix", [".mesh.ply", ".obj", ".glb"])
@@ -80,7 +83,47 @@ def test_a_surface_is_no_model(call, sapling_model, tmp_path):
     path = tmp_path / "tree.obj"
     assert call("convert", sapling_model, path).exit_code == 0
     result = call("convert", path, tmp_path / "tree.swc")
-    assert (result.exit_code, "is no model that can be read" in result.stderr) == (1, True)
+    assert (result.exit_code, "no model that can be read; give the tree's .npz" in result.stderr) == (1, True)
+    assert call("convert", sapling_model, tmp_path / "tree.ls.json").exit_code == 0
+    assert f"give {tmp_path / 'tree.ls.json'}, which holds the tree" in call("info", path).stderr
+
+
+def test_what_is_no_model_is_told_by_what_it_is(call, tmp_path):
+    (tmp_path / "park.lsjson.jsonl.zst").write_bytes(b"")
+    (tmp_path / "scan.laz").write_bytes(b"")
+    for path, says in (
+        (tmp_path, "is a directory, and no model that can be read; give one of the files in it"),
+        (
+            tmp_path / "scan.laz",
+            "is a point cloud, and no model that can be read; make one of it with `treepipe run`",
+        ),
+        (tmp_path / "park.lsjson.jsonl.zst", "name a tree as in"),
+        (tmp_path / "absent.swc", "there is no such file"),
+    ):
+        result = call("convert", path, tmp_path / "tree.swc")
+        assert (result.exit_code, says in result.stderr) == (1, True), result.stderr
+
+
+def test_cylinders_of_others_are_told_as_they_stand(call, tmp_path):
+    """A branch that begins on the bark gets a piece from the axis: the sums differ, and both are told."""
+    row = "{r}\t1\t{x}\t0\t{z}\t{a}\t{p}\t0\t0\t{r}\t{b}\t{k}\t1\n"
+    stem = row.format(r=0.1, x=0, z=0, a="0\t0\t1", p=0, b=1, k=0)
+    side = row.format(r=0.05, x=0.1, z=0.5, a="1\t0\t0", p=1, b=2, k=1)
+    path = tmp_path / "tree.treeqsm.txt"
+    path.write_text(stem + side)
+    result = call("info", path, "--json")
+    assert "its cylinders alone hold 39.3 L in 2.0 m; joined" in result.stderr
+    assert json.loads(result.stdout)["length_m"] == pytest.approx(2.1)
+    assert call("convert", path, tmp_path / "again.treeqsm.txt").exit_code == 0
+    assert call("info", tmp_path / "again.treeqsm.txt").stderr == ""
+
+
+def test_half_a_mesh_is_damaged(call, sapling_model, tmp_path):
+    path = tmp_path / "tree.mesh.ply"
+    assert call("convert", sapling_model, path).exit_code == 0
+    path.write_bytes(path.read_bytes()[:-100])
+    result = call("info", path)
+    assert (result.exit_code, "copy or write the file anew" in result.stderr) == (1, True)
 
 
 def test_nothing_is_overwritten_unasked(call, sapling_model, tmp_path):

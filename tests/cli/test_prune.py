@@ -93,6 +93,7 @@ def test_ties_are_said_to_need_growth_and_idle_work_is_told(call, oak, tmp_path)
     result = call("prune", oak, "--operation", "limit-length", "--length-m", 50, "-o", out, "--overwrite")
     assert result.exit_code == 0
     assert "limit-length finds nothing to do" in result.stderr
+    assert "It looks for wood farther than length_m from where its branch begins; give a" in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -103,6 +104,8 @@ def test_ties_are_said_to_need_growth_and_idle_work_is_told(call, oak, tmp_path)
         (["--operation", "thin", "--share", 0.9], "share = 0.9 is not allowed"),
         (["--operation", "cut-to-bud", "--position", "-9,0,0"], "no branch is within 0.5 m of (-9.00, "),
         (["--operation", "cut-to-bud", "--order", 0], "goes through the foot"),
+        (["--operation", "cut-to-bud", "--order", 9], "no branch fits order = 9; the nearest is of order "),
+        (["--operation", "stake", "--direction", "1,0"], "direction = 1,0 is not allowed; give three"),
         (["--operation", "facing-bud"], "must know which branches are meant"),
         (["--operation", "thin", "--share"], "--share has no value"),
         ([], "Missing option '--operation'"),

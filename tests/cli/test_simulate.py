@@ -172,6 +172,10 @@ def test_wrong_usage(call, tmp_path, monkeypatch, arguments, code, said):
             'year = 1\noperation = "cut-to-bud"\nposition = [900.0, 0.0, 2.0]',
             "event of year 1, cut-to-bud: no branch is within 0.5 m of (900.00, 0.00, 2.00); the nearest is",
         ),
+        (
+            'year = 2\noperation = "cut-to-bud"\norder = 12',
+            "event of year 2, cut-to-bud: no branch fits order = 12; the nearest is of order ",
+        ),
         ('year = 1\noperation = "cut-to-bud"\norder = 0', "the cut goes through the foot of the tree at ("),
     ],
 )
@@ -180,6 +184,30 @@ def test_impossible_events_are_named(call, oak, tmp_path, event, said):
     given = ("--years", 2, "--events", tmp_path / "events.toml", "-o", tmp_path / "out", "--no-picture")
     result = call("simulate", oak, *given)
     assert (result.exit_code, said in result.stderr) == (2, True), result.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "said"),
+    [
+        ("", 0, "events.toml: has no events, so none is done; write tables [[event]], or leave it out"),
+        ("[[event]\n", 1, "events.toml: is not a file of events in TOML"),
+        ('[[events]]\nyear = 1\noperation = "thin"\n', 2, "events is not known here; a file of events has"),
+        ('[[event]]\nyaer = 1\noperation = "thin"\n', 2, "unknown key yaer, do you mean year?"),
+        ('[[event]]\nyear = 9\noperation = "thin"\n', 2, "events.toml: an event is of year 9, but growth is"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("command", ["simulate", "grow"])
+def test_files_of_events_that_say_nothing_or_something_wrong(
+    call, oak, tmp_path, command, text, code, said
+) -> None:
+    (tmp_path / "events.toml").write_text(text)
+    given = (oak, "--years", 1, "--events", tmp_path / "events.toml")
+    more = ("-o", tmp_path / "out", "--no-picture")
+    if command == "grow":
+        more = ("-o", tmp_path / "out.ls.json", "--method", "organic")
+    result = call(command, *given, *more)
+    assert (result.exit_code, said in result.stderr) == (code, True), result.stderr
+    assert not result.stderr.startswith(f"treepipe: {oak}")
 
 
 def test_several_roots_and_folders_are_no_model(call, tmp_path):
@@ -286,6 +314,7 @@ def test_growth_that_becomes_too_large_stops_with_the_number(call, tmp_path):
     result = call("simulate", "--years", 30, "-o", out, "--set", "most_metamers=60", "--no-picture")
     assert result.exit_code == 2
     assert "more than most_metamers, 60" in result.stderr
+    assert result.stderr.startswith("treepipe: growth stops before year ")
     log = json.loads((out / "years.json").read_text())
     assert 0 < log["done"] < 30
     assert "year_005.ls.json" in names(out)

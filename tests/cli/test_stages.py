@@ -91,6 +91,16 @@ def test_damaged_files_are_not(call, made, tmp_path, suffix):
     assert call("validate", damaged).exit_code == 1
 
 
+def test_names_keep_their_capitals(call, tmp_path):
+    (tmp_path / "a.city.json").write_text("")
+    assert "Give a CityJSON file." in call("validate", tmp_path / "a.city.json").stdout
+
+
+def test_a_schema_is_for_cityjson(call, made, tmp_path):
+    result = call("validate", made / "sapling" / "sapling.ls.json", "--schema", tmp_path / "schema.json")
+    assert (result.exit_code, "is for CityJSON" in result.stderr) == (2, True)
+
+
 def test_a_solid_that_is_not_closed_is_found(call, made, tmp_path):
     document = json.loads((made / "sapling" / "sapling.city.json").read_text())
     geometry = next(

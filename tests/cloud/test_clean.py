@@ -191,6 +191,18 @@ def test_ground_of_a_file_is_used_from_its_own_origin() -> None:
     assert tree.metadata["ground_z"] == pytest.approx(-0.5, abs=0.03)
 
 
+def test_ground_of_a_file_counts_before_that_of_the_classes() -> None:
+    xyz = np.concatenate([a_tree(), a_patch(0)])
+    classes = np.repeat([0, 2], [8000, 4000]).astype(np.uint8)
+    cloud = PointCloud(xyz, attributes={"classification": classes})
+    plain = clean(cloud, options=CleanOptions(leaves="keep"))
+    tree = clean(cloud, PointCloud(a_patch(0) + [0, 0, -0.3]), options=CleanOptions(leaves="keep"))
+    assert (plain.metadata["ground_source"], tree.metadata["ground_source"]) == ("class", "file")
+    assert tree.metadata["ground_z"] == pytest.approx(-0.3, abs=0.02)
+    assert tree.metadata["dropped"]["ground"] >= 4000  # the classes still say what is no tree
+    assert set(tree.attributes["classification"]) == {0}
+
+
 def test_ground_of_another_place_is_refused() -> None:
     with pytest.raises(InputFormatError, match="same reference system"):
         clean(PointCloud(a_tree()), PointCloud(a_patch(0) + [1000, 0, 0]))

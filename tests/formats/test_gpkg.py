@@ -6,6 +6,7 @@ import sqlite3
 import struct
 import warnings
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,19 @@ def test_a_tree_comes_back(tree: TreeModel, tmp_path: Path) -> None:
     assert_same(again, tree, place=1e-9, radius=0)
     assert np.array_equal(again.skeleton.origin, tree.skeleton.origin)
     assert again.trunk == tree.trunk
+
+
+def test_where_radii_come_from_comes_back(tree: TreeModel, tmp_path: Path) -> None:
+    """Branch by branch; one that has been edited since, or says nothing, counts as propagated."""
+    told = replace(tree, radius_source=np.array([0, 0, 1, 2, 0, 2], dtype=np.uint8))
+    gpkg.write(told, tmp_path / "t.gpkg")
+    _, _, columns = layer(tmp_path / "t.gpkg", "branches")
+    assert columns["radius_source"] == ["m2p1", "a1m1", "a1"]
+    assert gpkg.read(tmp_path / "t.gpkg").radius_source.tolist() == [0, 0, 1, 2, 0, 2]
+    changed(tmp_path / "t.gpkg", "UPDATE branches SET radius_source = 'a9' WHERE branch_id = 1")
+    assert gpkg.read(tmp_path / "t.gpkg").radius_source.tolist() == [0, 0, 1, 1, 1, 2]
+    changed(tmp_path / "t.gpkg", "ALTER TABLE branches DROP COLUMN radius_source")
+    assert gpkg.read(tmp_path / "t.gpkg").radius_source.tolist() == [1] * 6
 
 
 def test_the_same_tree_gives_the_same_bytes(tree: TreeModel, tmp_path: Path) -> None:

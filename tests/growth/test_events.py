@@ -12,7 +12,7 @@ from pipeline.growth import GrowthOptions, grow
 from pipeline.growth.carrying import Carrying
 from pipeline.growth.events import planned, read_events, write_events
 from pipeline.growth.lost import Cut
-from pipeline.growth.pruning import BendAndTie, CrownRaise, CutToBud, Pruned, Reduce, Stake, Thin
+from pipeline.growth.pruning import BendAndTie, CrownRaise, CutToBud, FacingBud, Pruned, Reduce, Stake, Thin
 from pipeline.jobs.calibration import event_table
 from pipeline.model import Skeleton, TreeModel
 
@@ -100,6 +100,8 @@ def test_any_programme_survives_the_file(tmp_path_factory, operation, year, more
     [
         ('year = 3\noperation = "crownraise"', UsageError, "event 1: unknown operation .* mean crown-raise"),
         ('year = 3\noperation = "thin"\nshar = 0.1', UsageError, "thin: unknown key shar, do you mean share"),
+        ('year = 3\nevry = 2\noperation = "thin"', UsageError, "thin: unknown key evry, do you mean every"),
+        ('yaer = 3\noperation = "thin"', UsageError, "thin: unknown key yaer, do you mean year"),
         ('year = 3\noperation = "thin"\nshare = 0.9', UsageError, "share = 0.9 is not allowed"),
         ('year = -1\noperation = "thin"', UsageError, "year = -1 is not possible; give a whole"),
         ('year = 2000\noperation = "thin"', UsageError, "year = 2000 is not possible"),
@@ -117,7 +119,7 @@ def test_what_is_wrong_is_told_with_the_file_and_the_remedy(written, text, error
 
 
 def test_a_file_of_something_else_is_refused(written, tmp_path) -> None:
-    with pytest.raises(InputFormatError, match=r"alpha is not known here; .* tables \[\[event\]\]"):
+    with pytest.raises(UsageError, match=r"alpha is not known here; .* tables \[\[event\]\]"):
         read_events(written("alpha = 2.2\n"))
     with pytest.raises(InputMissingError, match="there is no such file"):
         read_events(tmp_path / "none.toml")
@@ -132,6 +134,16 @@ def test_an_error_while_it_grows_names_the_event() -> None:
         grow(GrowthOptions(), 4, seed=0, events=events)
     with pytest.raises(UsageError, match=r"event of year 9 in 4 years .* give years"):
         grow(GrowthOptions(), 4, seed=0, events=planned(Stake(), 9))
+
+
+def test_a_repeated_event_waits_for_its_branches_and_a_single_one_does_not() -> None:
+    growth = grow(GrowthOptions(), 6, seed=0, events=planned(FacingBud(order=7), 1, until=6))
+    assert [entry.idle for entry in growth.log if isinstance(entry, Pruned)] == [True] * 6
+    with pytest.raises(
+        UsageError,
+        match=r"event of year 3, facing-bud: no branch fits order = 7; the nearest is of order 1",
+    ):
+        grow(GrowthOptions(), 4, seed=0, events=planned(FacingBud(order=7), 3))
 
 
 def test_positions_are_in_the_coordinates_of_a_reconstructed_tree() -> None:

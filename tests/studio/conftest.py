@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 import subprocess
 import sys
@@ -10,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.studio.pages import PATIENCE_MS
+
 ROOT = Path(__file__).resolve().parents[2]
 CHROMIUM = Path("/usr/bin/chromium")
 DRAWS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-PATIENCE_MS = 60_000
 SIZE = {"width": 1280, "height": 800}
 
 
@@ -84,7 +84,7 @@ def visit(browser):
         )
         page.on("pageerror", lambda error: page.wrong.append(str(error)))
         pages.append(page)
-        page.goto(address)
+        page.goto(address, timeout=PATIENCE_MS)
         page.wait_for_selector("#figures", state="attached")
         return page
 
@@ -93,18 +93,6 @@ def visit(browser):
         assert not page.wrong
         assert not page.abroad
         page.close()
-
-
-@pytest.fixture(scope="session")
-def colours_drawn():
-    """Return what counts the colours in the picture of a page: the sky alone has few."""
-    image = pytest.importorskip("PIL.Image", reason="looks at a picture; pip install pillow")
-
-    def count(page):
-        shot = page.screenshot(clip={"x": 340, "y": 110, "width": 930, "height": 600})
-        return len(image.open(io.BytesIO(shot)).convert("RGB").getcolors(1_000_000))
-
-    return count
 
 
 def is_abroad(url):

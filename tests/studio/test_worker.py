@@ -76,12 +76,31 @@ def test_it_makes_what_is_wanted_and_tells_every_step(worker, watcher):
 
 
 def test_of_many_wishes_the_last_one_is_made(watcher):
-    worker = Worker(counted, watcher, gather_s=0.5)
-    for wish in range(5):
+    held = Event()
+    watcher.begins = lambda _wish: held.wait(PATIENCE_S)
+    worker = Worker(counted, watcher)
+    for wish in range(1, 5):
         worker.ask(wish)
+    held.set()
     watcher.wait()
     worker.close()
     assert watcher.made == [-4]
+
+
+def test_it_is_busy_until_there_is_a_result_or_none_is_wanted(watcher):
+    seen = []
+    worker = Worker(counted, watcher)
+    watcher.done = lambda _result: (seen.append(worker.busy), watcher.over.set())
+    assert not worker.busy
+    worker.ask(2)
+    watcher.wait()
+    worker.ask(ENDLESS)
+    watcher.wait("begun")
+    seen.append(worker.busy)
+    worker.stop()
+    seen.append(worker.busy)
+    worker.close()
+    assert seen == [False, True, False]
 
 
 def test_a_newer_wish_overtakes_long_work(worker, watcher):

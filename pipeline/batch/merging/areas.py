@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.airborne.grid import Cell
+from pipeline.airborne.grid import Cell, Window
 from pipeline.batch.merging.packages import package
 from pipeline.errors import InputFormatError, InputMissingError
 from pipeline.model import Floats
@@ -33,21 +33,35 @@ class Areas:
         Polygons of shapely, in the reference system of the trees.
     half_open : bool
         Whether a point on the eastern or northern edge is the neighbour's, for areas that are boxes.
+    flown : optional
+        Where tiles are; what lies beyond counts for no area's size. None where that is not known.
     """
 
     names: tuple[str, ...]
     shapes: tuple[Any, ...]
     half_open: bool = False
+    flown: Any = None
 
     @property
     def hectares(self) -> tuple[float, ...]:
         """Size of every area."""
-        return tuple(shape.area / HECTARE_M2 for shape in self.shapes)
+        return tuple(shape.area / HECTARE_M2 for shape in self._sized)
 
     @property
     def all_hectares(self) -> float:
         """Size of all areas together, no place counted twice."""
-        return float(package("shapely").union_all(self.shapes).area) / HECTARE_M2
+        return float(package("shapely").union_all(self._sized).area) / HECTARE_M2
+
+    @cached_property
+    def _sized(self) -> tuple[Any, ...]:
+        """Parts of the areas where tiles are; most lie amidst them, and those at the edge are cut."""
+        if self.flown is None:
+            return self.shapes
+        shapely = package("shapely")
+        shapely.prepare(self.flown)
+        amidst = shapely.covers(self.flown, np.array(self.shapes, dtype=object))
+        pairs = zip(self.shapes, amidst.tolist(), strict=True)
+        return tuple(shape if whole else shapely.intersection(shape, self.flown) for shape, whole in pairs)
 
     @cached_property
     def _tree(self) -> Any:
@@ -75,6 +89,21 @@ def within_cells(areas: Areas, cells: Sequence[Cell]) -> Areas:
     shapely = package("shapely")
     covered = shapely.union_all([shapely.box(*cell.core) for cell in cells])
     return Areas(areas.names, tuple(shapely.intersection(shape, covered) for shape in areas.shapes))
+
+
+def within_tiles(areas: Areas, extents: Sequence[Window]) -> Areas:
+    """Return areas whose size is that of their parts in tiles: of a cell at the edge, not all is seen.
+
+    Parameters
+    ----------
+    areas : Areas
+    extents : sequence of Window
+        Of the tiles, as their headers tell; where there is none, the areas stay as they are.
+    """
+    shapely = package("shapely")
+    return (
+        replace(areas, flown=shapely.union_all([shapely.box(*one) for one in extents])) if extents else areas
+    )
 
 
 def read_areas(path: Path, crs: str | None) -> Areas:

@@ -51,7 +51,7 @@ STATISTICS: tuple[Column, ...] = (
     Column("area", "string", "", f"name of the area or cell; {EVERYTHING} for all of them together"),
     Column("species", "string", "", f"{EVERYTHING} for all species, {UNKNOWN} for trees without one"),
     Column("trees", "int32", "", "number of trees"),
-    Column("area_ha", "float64", "ha", "size of the area"),
+    Column("area_ha", "float64", "ha", "size of the area, as far as cells that are done and tiles reach"),
     Column("trees_per_ha", "float64", "1/ha", "trees on a hectare"),
     Column("crown_cover_pct", "float64", "%", "area of all crowns by that of the area"),
     Column("agb_t_per_ha", "float64", "t/ha", "dry mass above the ground on a hectare"),

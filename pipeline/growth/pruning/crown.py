@@ -40,6 +40,7 @@ class CrownRaise(_Crown):
 
     name: ClassVar[str] = "crown-raise"
     about: ClassVar[str] = "clear the stem up to a height"
+    sought: ClassVar[str] = "branches that begin or hang lower than height_m; give a greater height_m"
 
     height_m: float = Field(gt=0, le=50, description="clear height above the foot, metres")
     codominant: float = Field(
@@ -65,6 +66,7 @@ class Reduce(_Crown):
 
     name: ClassVar[str] = "reduce"
     about: ClassVar[str] = "cut the crown back to an envelope"
+    sought: ClassVar[str] = "wood outside of the envelope; give a smaller one"
 
     shape: Literal["box", "cylinder", "ellipsoid"] = Field("ellipsoid", description="shape of the envelope")
     width_m: float = Field(gt=0, le=100, description="width of the envelope along x, metres")
@@ -102,6 +104,7 @@ class Thin(Selector):
 
     name: ClassVar[str] = "thin"
     about: ClassVar[str] = "take out the branches with the least light"
+    sought: ClassVar[str] = "whole branches within largest, and together within share; raise them"
     scope: ClassVar[Scope] = "branches"
 
     share: float = Field(

@@ -24,6 +24,7 @@ class CutToBud(Selector):
 
     name: ClassVar[str] = "cut-to-bud"
     about: ClassVar[str] = "cut wood off, just above a bud"
+    sought: ClassVar[str] = "wood beyond length_m on the chosen branches; give a smaller length_m"
 
     length_m: float | None = Field(
         None,
@@ -49,6 +50,7 @@ class LimitLength(Selector):
 
     name: ClassVar[str] = "limit-length"
     about: ClassVar[str] = "keep branches within a length"
+    sought: ClassVar[str] = "wood farther than length_m from where its branch begins; give a smaller length_m"
     scope: ClassVar[Scope] = "branches"
 
     length_m: float = Field(gt=0, le=200, description="greatest distance along the wood, metres")

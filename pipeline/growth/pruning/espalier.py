@@ -43,6 +43,7 @@ class Espalier(Operation):
 
     name: ClassVar[str] = "espalier"
     about: ClassVar[str] = "train tiers of level arms along a wall, year by year"
+    sought: ClassVar[str] = "new shoots of the stem in its tiers; let the tree grow first"
 
     tiers: int = Field(3, ge=1, le=20, description="number of tiers, each with an arm to either side")
     wall_deg: float = Field(

@@ -35,6 +35,10 @@ class FacingBud(_ToBud):
 
     name: ClassVar[str] = "facing-bud"
     about: ClassVar[str] = "cut to the bud nearest the middle that looks a given way"
+    sought: ClassVar[str] = (
+        "a living bud that looks along direction, below the last of a chosen branch; choose longer "
+        "branches or another direction"
+    )
 
     direction: Point = Field((0.0, 0.0, -1.0), description="way that the branch shall go (x, y, z)")
 
@@ -53,6 +57,10 @@ class Outward(_ToBud):
 
     name: ClassVar[str] = "outward"
     about: ClassVar[str] = "cut to the bud nearest the middle that looks away from the stem"
+    sought: ClassVar[str] = (
+        "a living bud that looks away from the stem, below the last of a chosen branch; choose longer "
+        "branches"
+    )
 
     def _way(self, tree: Metamers, start: int) -> Floats:
         return outward(tree, start)

@@ -45,6 +45,7 @@ class Stake(_Tied):
 
     name: ClassVar[str] = "stake"
     about: ClassVar[str] = "tie the stem or branches to a stake at any angle"
+    sought: ClassVar[str] = "an axis to tie; choose other branches"
     scope: ClassVar[Scope] = "stem"
 
     direction: Point = Field((0.0, 0.0, 1.0), description="way of the stake (x, y, z)")
@@ -74,6 +75,9 @@ class BendAndTie(_Tied):
 
     name: ClassVar[str] = "bend-and-tie"
     about: ClassVar[str] = "bend young wood, and tie it there"
+    sought: ClassVar[str] = (
+        "wood beyond from_m on the chosen branches; choose longer ones or give a smaller from_m"
+    )
 
     direction: Point | None = Field(
         None, description="way that the branch shall have (x, y, z); without it level, as it goes in plan"

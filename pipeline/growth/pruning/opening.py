@@ -30,6 +30,10 @@ class OpenCentre(Selector):
 
     name: ClassVar[str] = "open-centre"
     about: ClassVar[str] = "cut the leader right above its third side branch"
+    sought: ClassVar[str] = (
+        "as many grown side branches as leaders on the axis, and wood above them; give fewer leaders, a "
+        "smaller trunk_m, or let the tree grow first"
+    )
     scope: ClassVar[Scope] = "stem"
 
     leaders: int = Field(3, ge=1, le=20, description="number of side branches that stay below the cut")

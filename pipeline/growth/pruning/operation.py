@@ -54,6 +54,8 @@ class Operation(Options, ABC):
     name: ClassVar[str]
     about: ClassVar[str]
     """What it does, in a line."""
+    sought: ClassVar[str]
+    """What it looks for, and what to try where there is none."""
 
     def apply(self, growth: Growth) -> Pruned:
         """Do it, and write it into the growth's log.
@@ -71,6 +73,15 @@ class Operation(Options, ABC):
         entry = Pruned(growth.year, self.name, removed=before - len(growth.metamers), **done)
         growth.log.append(entry)
         return entry
+
+    def check_chosen(self, growth: Growth) -> None:
+        """Make sure that the branches are there which are meant.
+
+        Raises
+        ------
+        UsageError
+            If no branch fits; tells the nearest.
+        """
 
     @abstractmethod
     def _act(self, growth: Growth) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from pipeline.errors import UsageError
@@ -70,6 +71,41 @@ class Selector(Operation):
             chosen = chosen[chosen == near]
         return chosen[self._fits(tree, chosen)]
 
+    def check_chosen(self, growth: Growth) -> None:
+        """Make sure that a branch fits; the text of the error tells which comes nearest.
+
+        Raises
+        ------
+        UsageError
+        """
+        if not self.selects or len(self.starts(growth)):
+            return
+        tree = growth.metamers
+        there = starts_of(tree)[1:] if self.all else starts_of(tree)
+        if self.position is not None:
+            there = there[there == axis_of(tree)[self.metamer_at(growth)]]
+        if not len(there):
+            msg = f"{self.name}: the tree has no side branch yet; choose the stem, order = 0, or a later year"
+            raise UsageError(msg)
+        near = there[np.lexsort(self._misses(tree, there)[::-1])[0]]
+        at = np.round(tree.begin[near] + reference(growth), 2) + 0.0  # no -0.00
+        place = ", ".join(f"{value:.2f}" for value in at.tolist())
+        way = goes_to(tree, [near])[0]
+        goes = "is upright" if np.isnan(way) else f"goes to {way:.0f} degrees in plan"
+        msg = (
+            f"{self.name}: no branch fits {self._asked()}; the nearest is of order {tree.order[near]}, "
+            f"begins {tree.begin[near, 2] - tree.end[0, 2]:.2f} m above the foot, at ({place}), and {goes}: "
+            "correct what it is chosen by"
+        )
+        raise UsageError(msg)
+
+    def _asked(self) -> str:
+        """Return the selectors that are given, as they are written."""
+        keys = ("position", "lowest_m", "highest_m", "order", "azimuth_deg")
+        given = [f"{key} = {value}" for key in keys if (value := getattr(self, key)) is not None]
+        within = f" within {self.azimuth_within_deg:g} degrees" if self.azimuth_deg is not None else ""
+        return " and ".join(given or ["all"]) + within
+
     def metamer_at(self, growth: Growth) -> int:
         """Return the metamer nearest to the position.
 
@@ -103,21 +139,32 @@ class Selector(Operation):
 
     def _fits(self, tree: Metamers, starts: Ints) -> Mask:
         """(K,) whether axes fit height, order and azimuth."""
-        fits = np.ones(len(starts), dtype=bool)
+        off_order, off_height, off_way = self._misses(tree, starts)
+        return np.asarray((off_order == 0) & (off_height == 0.0) & (off_way <= self.azimuth_within_deg))
+
+    def _misses(self, tree: Metamers, starts: Ints) -> tuple[Ints, Floats, Floats]:
+        """(K,) by how much axes miss the order, the heights (metres) and the azimuth (degrees)."""
         height = tree.begin[starts, 2] - tree.end[0, 2]
+        order = tree.order[starts] if self.order is None else self.order
+        off_height = np.zeros(len(starts))
         if self.lowest_m is not None:
-            fits &= height >= self.lowest_m
+            off_height = np.maximum(off_height, self.lowest_m - height)
         if self.highest_m is not None:
-            fits &= height <= self.highest_m
-        if self.order is not None:
-            fits &= tree.order[starts] == self.order
+            off_height = np.maximum(off_height, height - self.highest_m)
+        off_way = np.zeros(len(starts))
         if self.azimuth_deg is not None:
-            tips = np.array([tree.axis(int(start))[-1] for start in starts], dtype=np.int64)
-            step = tree.end[tips] - tree.begin[starts]
-            apart = np.degrees(np.arctan2(step[:, 1], step[:, 0])) - self.azimuth_deg
-            fits &= np.abs((apart + 180.0) % 360.0 - 180.0) <= self.azimuth_within_deg
-            fits &= np.hypot(step[:, 0], step[:, 1]) > 0.0
-        return fits
+            apart = goes_to(tree, starts) - self.azimuth_deg
+            off_way = np.nan_to_num(np.abs((apart + 180.0) % 360.0 - 180.0), nan=UPRIGHT_DEG)
+        return np.abs(tree.order[starts] - order), off_height, off_way
+
+
+def goes_to(tree: Metamers, starts: ArrayLike) -> Floats:
+    """(K,) azimuth from where axes begin to their ends, degrees; NaN for upright ones."""
+    first = np.asarray(starts, dtype=np.int64)
+    tips = np.array([tree.axis(int(start))[-1] for start in first], dtype=np.int64)
+    step = tree.end[tips] - tree.begin[first]
+    flat = np.hypot(step[:, 0], step[:, 1]) > 0.0
+    return np.asarray(np.where(flat, np.degrees(np.arctan2(step[:, 1], step[:, 0])), np.nan))
 
 
 def starts_of(tree: Metamers) -> Ints:
@@ -154,3 +201,5 @@ def first_of_axis(parent: Ints, is_lateral: Mask) -> Ints:
 
 
 ROUNDING_M2 = 1e-12
+UPRIGHT_DEG = 360.0
+"""By how much an upright axis misses any azimuth: more than any other."""

@@ -8,8 +8,9 @@
 | `pictures` | pictures of bark and leaves that a person gives |
 | `session` | what one sitting holds, without a browser |
 | `scene` | the picture; the browser draws it |
+| `words` | figures as the page tells them |
 | `layout` | what stands where |
-| `tab` | what its buttons do, and what the worker's news change |
+| `actions`, `tab` | what its buttons do, and what the worker's news change |
 
 Only `scene`, `layout` and `tab` need the extra `studio`.
 """

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
 from pipeline.exchange import FORMATS
+from pipeline.studio.modeller.actions import Actions
 from pipeline.studio.modeller.files import MOST_BYTES
 from pipeline.studio.modeller.parameters import PARAMETERS, Parameter
 from pipeline.studio.view import View
 from pipeline.synthetic.colonization import PRESETS
-
-if TYPE_CHECKING:
-    from pipeline.studio.modeller.tab import ModelTab
 
 DOWNLOADS = ("obj", *(name for name in FORMATS if name != "obj"))
 SMALL = {"size": "small", "variant": "tonal", "classes": "mx-1"}
@@ -22,7 +20,7 @@ TOO_LARGE = f"this file has more than {MOST_BYTES} bytes; choose a parameter fil
 """Said in the browser, before anything is sent."""
 
 
-def main(tab: ModelTab) -> Any:
+def main(tab: Actions) -> Any:
     """Lay out the picture with what stands over it; return its view."""
     view = View(tab.shell, tab.scene.plotter, style="height:100%;width:100%")
     _progress(tab)
@@ -30,7 +28,7 @@ def main(tab: ModelTab) -> Any:
     return view
 
 
-def buttons(tab: ModelTab) -> None:
+def buttons(tab: Actions) -> None:
     """Lay out what is done with one click."""
 
     def button(text: str, name: str, click: Any, hint: str, **more: Any) -> None:
@@ -54,7 +52,7 @@ def buttons(tab: ModelTab) -> None:
             _files(tab)
 
 
-def _files(tab: ModelTab) -> None:
+def _files(tab: Actions) -> None:
     """Lay out opening, downloading and saving."""
     read = "$event.text().then((text) => trigger('open_parameters', [$event.name, text]))"
     bounded = f"$event && ($event.size > {MOST_BYTES} ? (trouble = '{TOO_LARGE}') : {read})"
@@ -78,7 +76,7 @@ def _files(tab: ModelTab) -> None:
         html.Div(str(tab.shell.folders.all[0]), classes="text-caption")
 
 
-def sliders(tab: ModelTab) -> None:
+def sliders(tab: Actions) -> None:
     """Lay out the parameters, group by group."""
     group = ""
     with html.Div(classes="px-3 pb-3"):
@@ -90,7 +88,7 @@ def sliders(tab: ModelTab) -> None:
                 _choice(parameter) if parameter.choices else _slider(parameter, tab)
 
 
-def _slider(parameter: Parameter, tab: ModelTab) -> None:
+def _slider(parameter: Parameter, tab: Actions) -> None:
     with html.Div(classes="d-flex justify-space-between text-caption"):
         html.Span(parameter.label)
         html.Span(f"{{{{ +(+{parameter.name}).toFixed(2) }}}} {parameter.unit}")
@@ -119,7 +117,7 @@ def _choice(parameter: Parameter) -> None:
     )
 
 
-def _progress(tab: ModelTab) -> None:
+def _progress(tab: Actions) -> None:
     """Lay out how far a growth is, below the sentences."""
     with html.Div(
         v_if="busy || doing",

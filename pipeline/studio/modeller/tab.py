@@ -11,10 +11,11 @@ from pipeline.exchange import FORMATS
 from pipeline.model import Floats, TreeModel
 from pipeline.studio.modeller import layout
 from pipeline.studio.modeller.files import TOML, holds_events, open_parameters
-from pipeline.studio.modeller.modelling import ENDED, Modelled, Modeller, Step, envelope
-from pipeline.studio.modeller.parameters import CROWN, PARAMETERS, Parameter
+from pipeline.studio.modeller.modelling import Modelled, Modeller, Step, envelope
+from pipeline.studio.modeller.parameters import CROWN, PARAMETERS
 from pipeline.studio.modeller.scene import Scene, Twigs
 from pipeline.studio.modeller.session import Session, random_seed
+from pipeline.studio.modeller.words import NO_FIGURES, figures_of, number_of
 from pipeline.studio.shell import Shell
 from pipeline.studio.worker import Worker
 from pipeline.synthetic.colonization import ColonizationOptions
@@ -24,7 +25,6 @@ TELL_S = 0.12  # least time between two messages of progress; what is over soone
 NODES = 20_000  # so many nodes take as long again to be shown
 STOPPED = "stopped; the tree of before is shown. Move a slider or undo to go on."
 FIRST = "preparing; the first start on a machine takes up to a minute"
-NO_FIGURES = dict.fromkeys(("nodes", "vertices", "triangles", "milliseconds", "reason", "seed"), "")
 
 
 class ModelTab:
@@ -113,8 +113,9 @@ class ModelTab:
             getattr(self.session, name)(*given)
         except PipelineError as error:
             self.shell.trouble(str(error))
+        else:
+            self.worker.ask(self.session.options)
         self._show_options()
-        self.worker.ask(self.session.options)
 
     def hold(self) -> None:
         """Begin a drag."""
@@ -160,7 +161,7 @@ class ModelTab:
         """Take over the sliders that were moved."""
         for parameter in PARAMETERS:
             value = self.state[parameter.name]
-            value = _number(parameter, value)
+            value = number_of(parameter, value)
             if value is None or value == getattr(self.session.options, parameter.name):
                 continue
             try:
@@ -254,7 +255,7 @@ class ModelTab:
         """Show the tree of before again, and say why."""
         if trouble:
             self.shell.trouble(trouble)
-        self.state.update({"busy": self.worker.waiting, "doing": said})
+        self.state.update({"busy": self.worker.busy, "doing": said})
         if self.scene.growing or self.scene.shaping:
             self.scene.grow(None)
             self.scene.shape(None)
@@ -285,27 +286,6 @@ class ModelTab:
         if not self._fitted:
             self._fitted = True
             self.view.push_camera()
-        self.state.figures = figures(modelled)
-        self.state.update({"busy": self.worker.waiting, "progress": 100, "doing": ""})
+        self.state.figures = figures_of(modelled)
+        self.state.update({"busy": self.worker.busy, "progress": 100, "doing": ""})
         self.state.shown += 1
-
-
-def figures(modelled: Modelled) -> dict[str, str]:
-    """Return what the line below the picture tells."""
-    return {
-        "nodes": f"{len(modelled.tree):,}",
-        "vertices": f"{modelled.vertices:,}",
-        "triangles": f"{modelled.triangles:,}",
-        "milliseconds": f"{modelled.milliseconds:.0f}",
-        "reason": f"{modelled.reason}: {ENDED[modelled.reason]}",
-        "seed": str(modelled.options.seed),
-    }
-
-
-def _number(parameter: Parameter, value: Any) -> Any:
-    """Return a slider's value without the dust of its steps; None where it is none."""
-    if parameter.choices:
-        return value
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return None
-    return round(value) if parameter.whole else round(float(value), 4)

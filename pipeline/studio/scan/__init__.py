@@ -9,8 +9,9 @@
 | `session` | what one sitting holds, without a browser |
 | `figures`, `telling` | the report, comparisons and legends as the page shows them |
 | `colouring`, `shapes`, `scene` | the picture; the browser draws it |
-| `layout` | what stands where |
-| `tab` | what the buttons do, and what the worker's news change |
+| `layout`, `panels` | what stands where |
+| `actions`, `tab` | what the buttons do, and what is shown then |
+| `news` | what comes of the worker's news |
 
 The tab is loaded when it is asked for: the process of `elsewhere` needs neither server nor graphics.
 """

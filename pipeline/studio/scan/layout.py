@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
 from pipeline.exchange import FORMATS
+from pipeline.studio.scan.actions import Actions
 from pipeline.studio.scan.fields import FIELDS, STEPS, TABLES, Field
-
-if TYPE_CHECKING:
-    from pipeline.studio.scan.tab import ScanTab
 
 SMALL = {"size": "small", "variant": "tonal", "classes": "mx-1"}
 DENSE = {"density": "compact", "hide_details": True}
@@ -28,7 +26,7 @@ LAYERS = {
 TITLES = {"clean": "Cleaning", "skeleton": "Skeleton", "cylinders": "Cylinders"}
 
 
-def buttons(tab: ScanTab) -> None:
+def buttons(tab: Actions) -> None:
     """Lay out what is done with one click."""
 
     def button(text: str, name: str, click: Any, hint: str, **more: Any) -> None:
@@ -64,7 +62,7 @@ def _files() -> None:
     )
 
 
-def side(tab: ScanTab) -> None:
+def side(tab: Actions) -> None:
     """Lay out the drawer."""
     with html.Div(classes="px-3 py-2"):
         with html.Div(classes="d-flex align-center"):

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
+from pipeline.studio.scan.actions import Actions
 from pipeline.studio.view import View
-
-if TYPE_CHECKING:
-    from pipeline.studio.scan.tab import ScanTab
 
 PANEL_PX = 330
 PALE = "background:rgba(255,255,255,.85)"
 
 
-def main(tab: ScanTab) -> Any:
+def main(tab: Actions) -> Any:
     """Lay out picture, legends and report; return the view."""
     with html.Div(style="position:absolute;inset:0;display:flex"):
         with html.Div(style="position:relative;flex:1;min-width:0"):
@@ -39,7 +37,7 @@ def main(tab: ScanTab) -> Any:
     return view
 
 
-def _progress(tab: ScanTab) -> None:
+def _progress(tab: Actions) -> None:
     """Lay out how far the work is."""
     with html.Div(
         v_if="scan_busy || scan_doing",

@@ -1,4 +1,4 @@
-"""The Scan tab: what its buttons do, and what comes of the news of the worker."""
+"""The Scan tab: what its buttons do, and what is shown then."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from pipeline.studio.scan.elsewhere import Elsewhere
 from pipeline.studio.scan.fields import FIELDS
 from pipeline.studio.scan.listing import Entry, entries, kind_of
 from pipeline.studio.scan.making import Maker, Shown, Wish
+from pipeline.studio.scan.news import News
 from pipeline.studio.scan.scene import LAYERS, ScanScene
 from pipeline.studio.scan.session import Against, ScanSession, packed
 from pipeline.studio.scan.stages import Stage
 from pipeline.studio.scan.telling import (
     NOTHING,
     START,
-    beside_of,
+    files_of,
+    lists_of,
     options_of,
     picture_of,
-    progress_of,
     result_of,
 )
 from pipeline.studio.shell import Shell
 from pipeline.studio.worker import Worker
 
 GATHER_S = 0.3  # a slider that is dragged makes many wishes; a reconstruction takes seconds
-TELL_S = 1.0  # least time between two messages of one stage
 TYPED = {"crs": system, "species": species}
 BY_KEY = {field.key: field for field in FIELDS}
 
@@ -52,15 +52,15 @@ class ScanTab:
         self.scene = ScanScene()
         self.elsewhere, self.packer = Elsewhere(), Elsewhere()
         self.worker: Worker[Wish, Stage, Shown] = Worker(
-            Maker(shell.folders, self.elsewhere.call).make, self, GATHER_S
+            Maker(shell.folders, self.elsewhere.call).make, News(shell, self), GATHER_S
         )
         self.view: Any = None
         self._entries: list[Entry] = []
-        self._stage: tuple[Stage | None, float, float] = (None, 0.0, 0.0)
         self.state.update(START)
         self._show_options()
         self.state.change(*(f"scan_show_{name}" for name in LAYERS))(self._switched)
-        self.state.change("scan_mode", "scan_together")(self._recoloured)
+        self.state.change("scan_mode")(self._recoloured)
+        self.state.change("scan_together")(self._moved_apart)
         self.state.change("tab")(self._turned_to)
         for name in ("open", "set", "slide", "settle", "compare", "align", "know", "config", "export"):
             shell.server.controller.trigger(f"scan_{name}")(getattr(self, f"_{name}"))
@@ -106,17 +106,8 @@ class ScanTab:
     def list_files(self) -> None:
         """Look what the folders hold."""
         self._entries = entries(self.shell.folders)
-        named = [{"title": f"{each.kind}: {each.label}", "value": k} for k, each in enumerate(self._entries)]
-        self.state.scan_entries = named
-        models = [one for one, each in zip(named, self._entries, strict=True) if each.kind == "model"]
-        clouds = [one for one, each in zip(named, self._entries, strict=True) if each.kind == "cloud"]
-        self.state.scan_grounds = [{"title": "in the cloud, or found", "value": NOTHING}, *clouds]
-        self.state.scan_others = [
-            {"title": "nothing", "value": NOTHING},
-            {"title": "the result before the last change", "value": "before"},
-            {"title": "the result at the start", "value": "start"},
-            *models,
-        ]
+        self.state.update(lists_of(self._entries))
+        self._show_options()
 
     def undo(self) -> None:
         """Take the last change of an option back."""
@@ -239,39 +230,9 @@ class ScanTab:
         if wish is not None:
             self.worker.ask(wish)
 
-    # What the worker tells, in its own thread.
-
-    def begins(self, _wish: Wish) -> None:
-        """Nothing is to be prepared."""
-
-    def growing(self, stage: Stage) -> None:
-        """Tell which stage it is, and how long it takes."""
-        before, begun, told = self._stage
-        now = self.shell.clock()
-        if stage != before:
-            begun = now
-        elif now - told < TELL_S:
-            return
-        self._stage = stage, begun, now
-        said = progress_of(stage, now - begun)
-        self.shell.soon(lambda: self.state.update(said))
-
-    def done(self, shown: Shown) -> None:
-        """Show what was made."""
-        self.shell.soon(lambda: self._show(shown))
-
-    def stopped(self) -> None:
-        """Tell that it has been stopped."""
-        said = "stopped; what is shown is from before. Change an option or undo to go on."
-        self.shell.soon(lambda: self._give_up(said))
-
-    def failed(self, sentence: str) -> None:
-        """Tell what cannot be made."""
-        self.shell.soon(lambda: self._fail(sentence))
-
     # What is shown.
 
-    def _show(self, shown: Shown) -> None:
+    def show(self, shown: Shown) -> None:
         """Show a result; another file is looked at as a whole."""
         if self.session.is_late(shown):
             return
@@ -307,6 +268,13 @@ class ScanTab:
         self._draw()
         self.view.update()
 
+    def _moved_apart(self, **_state: Any) -> None:
+        """Put two models side by side or one over the other, and stand where both are seen."""
+        self._draw()
+        self.scene.look()
+        self.view.update()
+        self.view.push_camera()
+
     def _turned_to(self, tab: str, **_state: Any) -> None:
         """Draw once more when the tab comes up: a hidden picture has no size."""
         if tab == self.name and self.view is not None:
@@ -316,19 +284,17 @@ class ScanTab:
     def _show_options(self) -> None:
         self.state.update(options_of(self.session))
         numbers = {each.path: number for number, each in enumerate(self._entries)}
-        self.state.update(beside_of(self.session, numbers))
+        self.state.update(files_of(self.session, numbers))
 
     def _rest(self, said: str) -> None:
-        self.state.update({"scan_busy": self.worker.waiting, "scan_doing": said})
+        self.state.update({"scan_busy": self.worker.busy, "scan_doing": said})
 
-    def _give_up(self, said: str) -> None:
-        """Go back to what is shown; options stay as they are, they can be undone."""
+    def give_up(self, said: str, trouble: str = "") -> None:
+        """Go back to what is shown, and say why; options stay as they are, they can be undone."""
         self.session.fail()
         if self.session.against is None:
             self.state.scan_against = NOTHING
         self._show_options()
         self._rest(said)
-
-    def _fail(self, sentence: str) -> None:
-        self._give_up("")
-        self.shell.trouble(sentence)
+        if trouble:
+            self.shell.trouble(trouble)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from pipeline.studio.scan.beside import command_of
 from pipeline.studio.scan.colouring import MODES, graph_of, modes_of
 from pipeline.studio.scan.fields import FIELDS, values_of
 from pipeline.studio.scan.figures import compared, flags, rows
+from pipeline.studio.scan.listing import Entry
 from pipeline.studio.scan.making import Shown
 from pipeline.studio.scan.scene import LAYERS, Drawn
 from pipeline.studio.scan.session import ScanSession
@@ -68,11 +69,34 @@ def options_of(session: ScanSession) -> dict[str, Any]:
     return {**values_of(session.config), **steps}
 
 
-def beside_of(session: ScanSession, grounds: Mapping[Path, int]) -> dict[str, Any]:
-    """Return what the form shows of what is known beside the points, given the numbers of files."""
+def files_of(session: ScanSession, numbers: Mapping[Path, int]) -> dict[str, Any]:
+    """Return what the form shows of files and of what is known beside the points, given their numbers."""
     beside = session.beside
-    ground = NOTHING if beside.ground is None else grounds.get(beside.ground, NOTHING)
-    return {"scan_ground": ground, "scan_crs": beside.crs or "", "scan_species": beside.species or ""}
+    return {
+        "scan_chosen": None if session.path is None else numbers.get(session.path),
+        "scan_ground": NOTHING if beside.ground is None else numbers.get(beside.ground, NOTHING),
+        "scan_crs": beside.crs or "",
+        "scan_species": beside.species or "",
+    }
+
+
+def lists_of(found: Sequence[Entry]) -> dict[str, Any]:
+    """Return what there is to choose from: to open, as points of the ground, and to compare with."""
+    named = [{"title": f"{each.kind}: {each.label}", "value": number} for number, each in enumerate(found)]
+    models, clouds = (
+        [one for one, each in zip(named, found, strict=True) if each.kind == kind]
+        for kind in ("model", "cloud")
+    )
+    earlier = [
+        {"title": "nothing", "value": NOTHING},
+        {"title": "the result before the last change", "value": "before"},
+        {"title": "the result at the start", "value": "start"},
+    ]
+    return {
+        "scan_entries": named,
+        "scan_grounds": [{"title": "in the cloud, or found", "value": NOTHING}, *clouds],
+        "scan_others": [*earlier, *models],
+    }
 
 
 def result_of(shown: Shown) -> dict[str, Any]:

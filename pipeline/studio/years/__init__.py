@@ -11,10 +11,12 @@
 | `session` | what one sitting holds, without a browser |
 | `words` | figures with their units |
 | `rods`, `scene` | the picture; the browser draws it |
-| `layout` | what stands where |
-| `tab` | what the buttons do, and what the worker's news change |
+| `layout`, `pruning`, `styles` | what stands where |
+| `board` | what the page shows, as the session has it |
+| `actions`, `tab` | what the buttons do, and what the browser changes |
+| `news`, `film` | what comes of the worker's news, and of the film |
 
-Only `scene`, `layout` and `tab` need the extra `studio`.
+Only what draws or lays out needs the extra `studio`.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from typing import Any
 from pipeline.errors import UsageError
 from pipeline.exchange import FORMATS
 from pipeline.studio.shell import Shell
-from pipeline.studio.years.forms import fields_of, first_values, operations
+from pipeline.studio.years.forms import fields_of, first_values, looked_at, operations
 from pipeline.studio.years.growing import Story
 from pipeline.studio.years.parameters import CHOICES, SLIDERS
 from pipeline.studio.years.plan import species_choices
@@ -18,6 +18,8 @@ from pipeline.studio.years.words import NO_FIGURES, branch_words, figures_of, pr
 NEW = -1
 """Number of the event that is edited, where it is a new one."""
 FIRST = "cut-to-bud"
+PRUNE, EVENTS = 1, 2
+"""Parts of the drawer that are unfolded at first; growth, the one before them, is not."""
 
 
 class Board:
@@ -42,6 +44,7 @@ class Board:
         self.view: Any = None
         self.fits = False
         self._known_wrong: set[str] = set()
+        self._filled: dict[str, str] = {}
         self.start_state()
 
     def start_state(self) -> None:
@@ -50,6 +53,7 @@ class Board:
         self.state.update({"years_year": 0, "years_last": 0, "years_playing": False, "years_shown": 0})
         self.state.update({"years_figures": NO_FIGURES, "years_branch": None, "years_colouring": "age"})
         self.state.update({"years_format": "lsjson", "years_files": [], "years_file": ""})
+        self.state.years_panels = [PRUNE, EVENTS]
         self.state.years_suffixes = {name: kind.suffix for name, kind in FORMATS.items()}
         self.state.years_all_species = [{"value": k, "title": t} for k, t in species_choices().items()]
         self.state.update({"years_operations": operations(), "years_operation": FIRST, "years_editing": NEW})
@@ -86,10 +90,18 @@ class Board:
         except UsageError as error:
             self.shell.trouble(str(error))
             return
-        year = self.session.year
         if values is None:
-            values = first_values(operation, year.number if year else 0, self.session.place)
+            values = first_values(operation, self._number, self.session.place)
+        self._filled = looked_at(self._number, self.session.place)
         self.state.update({"years_fields": fields, "years_values": values})
+
+    def fill_in(self) -> None:
+        """Give a new event the year and the place that are looked at since; what was typed stays."""
+        seen, typed = looked_at(self._number, self.session.place), dict(self.state.years_values)
+        new = {key: value for key, value in seen.items() if key in typed and value != self._filled.get(key)}
+        self._filled = seen
+        if new:
+            self.state.years_values = typed | new
 
     def show_story(self, story: Story) -> None:
         """Show years that have grown; those of a plan that is no longer wanted are passed over."""
@@ -137,8 +149,13 @@ class Board:
         self.scene.mark(year.limbs if year else None, branch)
         self.state.years_branch = branch_words(branch) if branch else None
         if self.state.years_editing == NEW:
-            self.show_form()
+            self.fill_in()
         self.view.update()
+
+    @property
+    def _number(self) -> int:
+        """The year that is shown."""
+        return self.session.year.number if self.session.year else 0
 
     def look(self) -> None:
         """Stand where the whole tree is seen."""

@@ -72,10 +72,13 @@ def first_values(operation: str, year: int, place: Floats | None) -> dict[str, A
         name: SUGGESTED.get((operation, name), "") if field.is_required() else _text(field.default)
         for name, field in fields.items()
     }
-    values["year"] = _text(year)
-    if place is not None and "position" in fields:
-        values["position"] = _text(tuple(round(float(value), PLACES_M) + 0.0 for value in place))
-    return values
+    return values | {name: value for name, value in looked_at(year, place).items() if name in fields}
+
+
+def looked_at(year: int, place: Floats | None) -> dict[str, str]:
+    """Return the values that an event has of what is looked at: the year, and the place that is picked."""
+    rounded = () if place is None else tuple(round(float(value), PLACES_M) + 0.0 for value in place)
+    return {"year": _text(year), "position": _text(rounded)}
 
 
 def programme_from(operation: str, values: Mapping[str, Any]) -> Programme:

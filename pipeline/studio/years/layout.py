@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
 from pipeline.exchange import FORMATS
 from pipeline.studio.view import View
+from pipeline.studio.years import pruning
+from pipeline.studio.years.actions import Actions
 from pipeline.studio.years.listing import MOST_BYTES
 from pipeline.studio.years.parameters import CHOICES, SLIDERS, Slider, choices_of
 from pipeline.studio.years.scene import COLOURINGS
+from pipeline.studio.years.styles import COMPACT, OVER, SMALL
 
-if TYPE_CHECKING:
-    from pipeline.studio.years.tab import YearsTab
-
-SMALL = {"size": "small", "variant": "tonal", "classes": "mx-1"}
-COMPACT: dict[str, Any] = {"density": "compact", "hide_details": True}
 CLICK_PX = 4
 """A pointer that moves farther turns the tree, and picks nothing."""
 TOO_LARGE = f"this file has more than {MOST_BYTES} bytes; choose a file of events or parameters"
-OVER = "background:rgba(255,255,255,.85)"
 
 
-def main(tab: YearsTab) -> Any:
+def main(tab: Actions) -> Any:
     """Lay out the picture with what stands over it; return its view."""
     plotter = tab.board.scene.plotter
     ref = f"view_{plotter._id_name}"  # the view names itself after it
@@ -41,7 +38,7 @@ def main(tab: YearsTab) -> Any:
         __events=["pointerdown"],
     ):
         view = View(tab.shell, plotter, style="height:100%;width:100%")
-    _branch(tab)
+    pruning.branch(tab)
     with html.Div(style=f"position:absolute;bottom:0;left:0;right:0;{OVER}"):
         _progress(tab)
         _slider_of_years(tab)
@@ -49,7 +46,7 @@ def main(tab: YearsTab) -> Any:
     return view
 
 
-def buttons(tab: YearsTab) -> None:
+def buttons(tab: Actions) -> None:
     """Lay out what is done with one click."""
 
     def button(text: str, name: str, click: Any, hint: str, **more: Any) -> None:
@@ -67,17 +64,19 @@ def buttons(tab: YearsTab) -> None:
             _files(tab)
 
 
-def side(tab: YearsTab) -> None:
+def side(tab: Actions) -> None:
     """Lay out the drawer."""
     with html.Div(classes="px-3 pb-3"):
         _start(tab)
-        with v.VExpansionPanels(multiple=True, variant="accordion", model_value=("[1, 2]",), classes="mt-2"):
+        with v.VExpansionPanels(
+            multiple=True, variant="accordion", v_model=("years_panels",), classes="mt-2"
+        ):
             with _panel("Growth", "years-panel-growth"):
                 _growth(tab)
             with _panel("Prune", "years-panel-prune"):
-                _form(tab)
+                pruning.form(tab)
             with _panel("Events", "years-panel-events"):
-                _events(tab)
+                pruning.events(tab)
 
 
 def _panel(title: str, name: str) -> Any:
@@ -88,7 +87,7 @@ def _panel(title: str, name: str) -> Any:
         return v.VExpansionPanelText(eager=True)
 
 
-def _start(tab: YearsTab) -> None:
+def _start(tab: Actions) -> None:
     """Lay out what the years begin with, and how many there are."""
     html.Div("Begin with", classes="text-subtitle-2 mt-2")
     with html.Div(classes="d-flex"):
@@ -122,7 +121,7 @@ def _start(tab: YearsTab) -> None:
     )
 
 
-def _growth(tab: YearsTab) -> None:
+def _growth(tab: Actions) -> None:
     """Lay out the parameters of growth."""
     for slider in SLIDERS:
         with html.Div(title=slider.sentence, id=f"years-set-{slider.name}"):
@@ -133,7 +132,7 @@ def _growth(tab: YearsTab) -> None:
     html.Div("{{ years_note }}", v_if="years_note", id="years-note", classes="text-caption text-warning")
 
 
-def _slider(slider: Slider, tab: YearsTab) -> None:
+def _slider(slider: Slider, tab: Actions) -> None:
     with html.Div(classes="d-flex justify-space-between text-caption"):
         html.Span(slider.label)
         html.Span(f"{{{{ +(+{slider.key}).toFixed(4) }}}} {slider.unit}")
@@ -149,80 +148,7 @@ def _slider(slider: Slider, tab: YearsTab) -> None:
     )
 
 
-def _form(tab: YearsTab) -> None:
-    """Lay out an operation with its fields."""
-    with html.Div(v_if="years_editing >= 0", classes="text-caption text-primary", id="years-editing"):
-        html.Span("Event {{ years_editing + 1 }} is edited. ")
-        html.A("A new one instead", click=tab.new_event, style="cursor:pointer;text-decoration:underline")
-    v.VSelect(
-        label="Operation",
-        v_model=("years_operation",),
-        items=("years_operations",),
-        id="years-operation",
-        **COMPACT,
-    )
-    about = "{{ (years_operations.find((one) => one.value == years_operation) || {}).about }}"
-    html.Div(about, classes="text-caption mb-2")
-    _fields("f.group != 'which' && f.name != 'until' && f.name != 'every'")
-    _fields("f.name == 'position'")
-    html.Div(
-        "Click a branch in the picture to fill the position in; empty it for the whole tree.",
-        v_if="years_fields.some((f) => f.name == 'position')",
-        classes="text-caption",
-    )
-    with html.Details(classes="my-2 text-caption"):
-        html.Summary("Repeat, and other branches", style="cursor:pointer")
-        _fields("f.name == 'until' || f.name == 'every' || (f.group == 'which' && f.name != 'position')")
-    text = "{{ years_editing >= 0 ? 'Change the event' : 'Do it in year ' + years_values.year }}"
-    apply = "trigger('years_apply', [years_operation, years_values])"
-    v.VBtn(text, click=apply, id="years-apply", block=True, size="small", color="primary")
-
-
-def _fields(which: str) -> None:
-    """Lay out some of the fields; they are edited in the browser, and sent when the button is pressed."""
-    kept = {"v_model": ("years_values[f.name]",), "update_modelValue": "flushState('years_values')"}
-    label = ("f.label + (f.must ? ' *' : '')",)
-    common: dict[str, Any] = {**COMPACT, "classes": "mb-1", "title": ("f.sentence",), "label": label}
-    named = {"id": ("'years-field-' + f.name",)}
-    with v.Template(v_for="f in years_fields", key="f.name"), html.Div(v_if=which):
-        v.VSelect(v_if="f.kind == 'choice'", items=("f.choices",), **common, **kept, **named)
-        v.VCheckbox(v_if="f.kind == 'flag'", **common, **kept, **named)
-        v.VTextField(v_if="f.kind == 'number' || f.kind == 'text'", **common, **kept, **named)
-
-
-def _events(tab: YearsTab) -> None:
-    """Lay out the list of events."""
-    html.Div("Nothing is done to the tree yet.", v_if="!years_rows.length", classes="text-caption")
-    with html.Div(
-        v_for="row in years_rows",
-        key="row.number",
-        classes="py-1 years-event",
-        style="border-top:1px solid #ddd",
-        id=("'years-event-' + row.number",),
-    ):
-        with html.Div(classes="d-flex align-center"):
-            html.Div("{{ row.when }} · {{ row.operation }}", classes="text-body-2 flex-grow-1")
-            for text, hint, name, act in (
-                ("↑", "Earlier in the list", "up", lambda number: tab.act("move", number, -1)),
-                ("↓", "Later in the list", "down", lambda number: tab.act("move", number, 1)),
-                ("✎", "Edit", "edit", tab.edit),
-                ("✕", "Leave out", "remove", lambda number: tab.act("remove", number)),
-            ):
-                v.VBtn(
-                    text,
-                    click=(act, "[row.number]"),
-                    title=hint,
-                    size="x-small",
-                    variant="text",
-                    style="min-width:26px;padding:0",
-                    id=(f"'years-{name}-' + row.number",),
-                )
-        html.Div("{{ row.told }}", classes="text-caption", v_if="row.told")
-        html.Div("{{ row.came }}", classes="text-caption text-success", v_if="row.came")
-        html.Div("{{ row.wrong }}", classes="text-caption text-error", v_if="row.wrong")
-
-
-def _files(tab: YearsTab) -> None:
+def _files(tab: Actions) -> None:
     """Lay out opening, downloading and saving."""
     for kind, label in (("events", "Open events (.toml)"), ("parameters", "Open parameters (.toml)")):
         read = f"$event.text().then((text) => trigger('years_open', ['{kind}', $event.name, text]))"
@@ -259,23 +185,7 @@ def _files(tab: YearsTab) -> None:
     html.Code("{{ years_command }}", id="years-command", classes="text-caption")
 
 
-def _branch(tab: YearsTab) -> None:
-    """Lay out what is picked."""
-    style = f"position:absolute;top:8px;right:8px;width:250px;{OVER}"
-    with v.VCard(v_if="years_branch", id="years-branch", style=style, classes="pa-2 text-caption"):
-        with html.Div(classes="d-flex justify-space-between"):
-            html.B("{{ years_branch.title }}")
-            html.A("✕", click=tab.unpick, style="cursor:pointer", id="years-unpick")
-        html.Div("{{ years_branch.length }} long, {{ years_branch.base }} thick where it begins")
-        html.Div(
-            "at the click: {{ years_branch.here }} thick, {{ years_branch.bears }} of wood from there on"
-        )
-        html.Div("this wood {{ years_branch.born }}")
-        html.Div("radii: {{ years_branch.known }}")
-        html.Div("Red is the branch, orange what it bears beyond the click.", classes="text-disabled")
-
-
-def _progress(tab: YearsTab) -> None:
+def _progress(tab: Actions) -> None:
     """Lay out how far a growth is."""
     with html.Div(v_if="years_busy || years_doing", classes="d-flex align-center px-2"):
         v.VProgressLinear(v_if="years_busy", model_value=("years_progress",), style="width:240px", height=8)
@@ -283,10 +193,12 @@ def _progress(tab: YearsTab) -> None:
         v.VBtn("Stop", v_if="years_busy", click=tab.stop, id="years-stop", size="small", color="warning")
 
 
-def _slider_of_years(tab: YearsTab) -> None:
+def _slider_of_years(tab: Actions) -> None:
     """Lay out the slider of years, the film, and the colours."""
     with html.Div(classes="d-flex align-center px-3", id="years-slider"):
-        v.VBtn("{{ years_playing ? '❚❚' : '▶' }}", click=tab.play, id="years-play", title="Film", **SMALL)
+        v.VBtn(
+            "{{ years_playing ? '❚❚' : '▶' }}", click=tab.film.play, id="years-play", title="Film", **SMALL
+        )
         v.VSlider(
             v_model=("years_year",),
             min=0,

@@ -1,4 +1,4 @@
-"""The Years tab: what its buttons do, and what comes of the news of the worker."""
+"""The Years tab: what its buttons do, and what comes of what the browser changes."""
 
 from __future__ import annotations
 
@@ -15,16 +15,13 @@ from pipeline.studio.worker import Worker
 from pipeline.studio.years import layout
 from pipeline.studio.years.board import NEW, Board
 from pipeline.studio.years.files import holds_events, is_model, models_in, read_bounded
+from pipeline.studio.years.film import Film
 from pipeline.studio.years.forms import values_of
-from pipeline.studio.years.growing import Grower, Story
+from pipeline.studio.years.growing import Grower
+from pipeline.studio.years.news import News
 from pipeline.studio.years.parameters import CHOICES, SLIDERS, number_of
-from pipeline.studio.years.plan import Plan
 from pipeline.studio.years.scene import Scene
 from pipeline.studio.years.session import Session
-
-TELL_S = 0.2  # least time between two pictures of a growth
-FRAME_S = 0.35  # between two years of the film
-COMPILES = "; the very first ones take half a minute, as their code is compiled"
 
 
 class YearsTab:
@@ -43,10 +40,10 @@ class YearsTab:
     def __init__(self, shell: Shell, model: Callable[[], TreeModel | None]) -> None:
         self.shell, self.state, self._model = shell, shell.state, model
         self.session = Session(shell.folders)
-        self.worker = Worker(Grower(shell.clock).grow, self)
         self.board = Board(shell, self.session, Scene())
-        self._told = 0.0
-        self._runs = self._asked = self._grew = False
+        self.film = Film(shell, self._turn_to, self.name)
+        self.worker = Worker(Grower(shell.clock).grow, News(shell, self.board))
+        self._runs = self._asked = self._refused = False
         self.state.change(*(slider.key for slider in SLIDERS))(self._moved)
         self.state.change(*(f"years_{name}" for name in (*CHOICES, "span", "seed")))(self._moved)
         self.state.change("years_year")(self._year_moved)
@@ -145,14 +142,6 @@ class YearsTab:
         """Show the whole tree."""
         self.board.look()
 
-    def play(self) -> None:
-        """Show year after year, or stop that; after the last one it begins anew."""
-        self.state.years_playing = not self.state.years_playing
-        if self.state.years_playing:
-            if self.state.years_year >= self.state.years_last:
-                self._turn_to(0)
-            self.shell.later(FRAME_S, self._frame)
-
     def unpick(self) -> None:
         """Pick nothing."""
         self.session.branch = None
@@ -211,11 +200,11 @@ class YearsTab:
         act = "open_events" if kind == "events" else "open_parameters"
         self.act(act, str(text).encode(), str(name))
 
-    def _save_events(self) -> bytes | None:
-        return self._said(self.session.saved_events)
+    async def _save_events(self) -> bytes | None:
+        return await self._packed(self.session.saved_events)
 
-    def _save_parameters(self) -> bytes | None:
-        return self._said(self.session.saved_parameters)
+    async def _save_parameters(self) -> bytes | None:
+        return await self._packed(self.session.saved_parameters)
 
     async def _save_start(self) -> bytes | None:
         return await self._packed(self.session.saved_start)
@@ -232,17 +221,11 @@ class YearsTab:
             self.shell.trouble(str(error))
             return None
 
-    def _said(self, make: Callable[[], bytes]) -> bytes | None:
-        try:
-            return make()
-        except PipelineError as error:
-            self.shell.trouble(str(error))
-            return None
-
     # What the browser changes.
 
     def _moved(self, **_state: Any) -> None:
-        """Take over the sliders and choices that were moved."""
+        """Take over the sliders and choices that were moved; a complaint goes when it is put right."""
+        was_refused, self._refused = self._refused, False
         plan, grown = self.session.plan, {"span": "years"}
         for name in (*(slider.name for slider in SLIDERS), *CHOICES, "span", "seed"):
             value: Any = self.state[f"years_{name}"]
@@ -252,11 +235,14 @@ class YearsTab:
             if value is None or value == now:
                 continue
             self._set(grown.get(name, name), value, settled=name in CHOICES)
+        if was_refused and not self._refused:
+            self.shell.trouble("")
 
     def _set(self, name: str, value: Any, *, settled: bool) -> None:
         try:
             self.session.set(name, value)
         except PipelineError as error:
+            self._refused = True
             self.shell.trouble(str(error))
             return
         self.shell.trouble("")
@@ -303,50 +289,6 @@ class YearsTab:
         elif self.session.year is not None:
             self.board.show_year()
 
-    # What the worker tells, in its own thread.
-
-    def begins(self, plan: Plan) -> None:
-        """Say that it grows."""
-        self._told = self.shell.clock()
-        doing = f"growing: {plan.years} years{'' if self._grew else COMPILES}"
-        said = {"years_busy": True, "years_progress": 0, "years_doing": doing}
-        self.shell.soon(lambda: self.state.update(said))
-
-    def growing(self, story: Story) -> None:
-        """Show the years so far, not too often."""
-        self._grew = True
-        now = self.shell.clock()
-        if now - self._told >= TELL_S:
-            self._told = now
-            self.shell.soon(lambda: self.board.show_story(story))
-
-    def done(self, story: Story) -> None:
-        """Show the years."""
-        self.shell.soon(lambda: self.board.show_story(story))
-
-    def stopped(self) -> None:
-        """Tell that growth has been stopped."""
-        said = "stopped; the years that are there stay. Press Grow to go on, or undo."
-        self.shell.soon(lambda: self.state.update({"years_busy": False, "years_doing": said}))
-
-    def failed(self, sentence: str) -> None:
-        """Tell what cannot grow."""
-        self.shell.soon(lambda: self._fail(sentence))
-
     def _turn_to(self, year: int) -> None:
         self.session.look_at(year)
         self.board.show_year()
-
-    def _frame(self) -> None:
-        """Show the next year of the film."""
-        if not self.state.years_playing:
-            return
-        if self.state.years_year >= self.state.years_last or self.state.tab != self.name:
-            self.state.years_playing = False
-            return
-        self._turn_to(int(self.state.years_year) + 1)
-        self.shell.later(FRAME_S, self._frame)
-
-    def _fail(self, sentence: str) -> None:
-        self.state.update({"years_busy": False, "years_doing": ""})
-        self.shell.trouble(sentence)

@@ -148,6 +148,8 @@ def test_stems_of_a_field_list_are_joined(tmp_path):
         assert tree["dbh_row"] == "palearctic-temperate-mixed angiosperm"
         assert tree["dbh_lo_cm"] == pytest.approx(oak * np.exp(-1.645 * 0.35), abs=0.006)
         assert tree["dbh_hi_cm"] == pytest.approx(oak * np.exp(1.645 * 0.35), abs=0.006)
+        thicker = (tree["dbh_cm"] / row["dbh_cm"]) ** 2
+        assert tree["stem_vol_m3"] == pytest.approx(row["stem_vol_m3"] * thicker, abs=1e-6)
         assert tree["agb_kg"] == pytest.approx(
             float(biomass([row["height_m"]], [row["crown_diam_m"]], ["angiosperm"]).agb_kg[0])
         )
@@ -156,14 +158,36 @@ def test_stems_of_a_field_list_are_joined(tmp_path):
     assert len(others) == len(rows) - 5
     assert {row["dbh_method"] for row in others} == {"allometric"}
     assert {row["dbh_row"] for row in others} == {None}
-    plain = {row["tree_id"]: row["dbh_cm"] for row in rows}
-    assert all(row["dbh_cm"] == plain[row["tree_id"]] for row in others)
+    plain = {row["tree_id"]: (row["dbh_cm"], row["stem_vol_m3"]) for row in rows}
+    assert all((row["dbh_cm"], row["stem_vol_m3"]) == plain[row["tree_id"]] for row in others)
     statistics = json.loads((tmp_path / "statistics.json").read_text())["rows"]
     assert {row["species"]: row["trees"] for row in statistics if row["area"] == "all"} == {
         "all": len(rows),
         "Quercus robur": 5,
         "unknown": len(rows) - 5,
     }
+
+
+def test_a_merge_without_a_field_list_leaves_nothing_of_an_earlier_one(tmp_path):
+    write_cell(tmp_path, CELL, cell_table(CELL, 5))
+    (tmp_path / "stems.csv").write_text("x;y;soort\n100000;400000;Quercus robur\n")
+    _, plain = merged(tmp_path)
+    merged(tmp_path, stems=tmp_path / "stems.csv")
+    assert (tmp_path / "stems.json").exists()
+    _, again = merged(tmp_path)
+    assert again.equals(plain)
+    assert not (tmp_path / "stems.json").exists()
+
+
+def test_sizes_reach_as_far_as_the_tiles(tmp_path):
+    write_cell(tmp_path, CELL, cell_table(CELL, 20))
+    west, south, _, _ = CELL.core
+    plan = {"tiles": [{"extent": [west - 900, south - 900, west + 100, south + 200]}]}
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    merged(tmp_path)
+    rows = json.loads((tmp_path / "statistics.json").read_text())["rows"]
+    assert {row["area"]: row["area_ha"] for row in rows} == {"all": 2.0, CELL.name: 2.0}
+    assert rows[0]["trees_per_ha"] == rows[0]["trees"] / 2
 
 
 @pytest.mark.parametrize("method", ["measured", "propagated"])

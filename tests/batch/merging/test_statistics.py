@@ -13,7 +13,7 @@ import shapely
 
 from pipeline.airborne.grid import Cell
 from pipeline.batch.columns import completed
-from pipeline.batch.merging.areas import Areas, of_cells, read_areas, within_cells
+from pipeline.batch.merging.areas import Areas, of_cells, read_areas, within_cells, within_tiles
 from pipeline.batch.merging.statistics import STATISTICS, Statistics, to_csv, to_json, to_table
 from pipeline.errors import InputFormatError, InputMissingError
 from pipeline.formats.geoparquet import arrow
@@ -116,6 +116,19 @@ def test_areas_of_a_file_count_only_where_cells_are(tmp_path):
     frame.to_crs("EPSG:4326").to_file(tmp_path / "wijken.geojson")
     again = read_areas(tmp_path / "wijken.geojson", "EPSG:7415")
     assert again.hectares == pytest.approx((17.5, 1.0), rel=1e-3)
+
+
+def test_a_cell_at_the_edge_is_as_large_as_what_tiles_show_of_it():
+    east = Cell(122_000.0, 487_000.0, 500.0)
+    west, south, _, _ = CELL.core
+    extents = [(west, south, west + 500, south + 500), (122_000.0, 487_000.0, 122_050.0, 488_000.0)]
+    areas = within_tiles(of_cells([CELL, east]), extents)
+    assert areas.hectares == pytest.approx((25.0, 2.5))
+    assert areas.all_hectares == pytest.approx(27.5)
+    edge = np.array([[122_050.0, 487_100.0]])
+    assert areas.holding(edge).T.tolist() == [[0, 1]]  # a tree on the tile's own edge is still the cell's
+    assert within_tiles(areas, []).hectares == areas.hectares
+    assert of_cells([east]).hectares == (25.0,)
 
 
 def test_files_without_areas_are_told(tmp_path):

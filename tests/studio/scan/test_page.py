@@ -1,18 +1,26 @@
 """The Scan tab in a real browser without a window: what a person does, and what they see of it."""
 
-import io
 import shutil
 import tomllib
 
 import pytest
 
-Image = pytest.importorskip("PIL.Image", reason="looks at a picture; pip install pillow")
+from pipeline.exchange import read_model
+from tests.studio.pages import (
+    FIRST_MS,
+    camera,
+    choose,
+    close_menu,
+    colours_drawn,
+    is_told,
+    open_menu,
+    stands,
+    until,
+)
 
-from pipeline.exchange import read_model  # noqa: E402  # after the skip
-from tests.studio.pages import is_told  # noqa: E402  # after the skip
-
-FIRST_MS = 400_000
-"""Reconstructing for the first time compiles."""
+TREE = {"x": 340, "y": 120, "width": 590, "height": 400}
+"""Where the tree stands in the window: neither the panel nor the legend."""
+FIELD = "document.querySelector('.v-input:has(#scan-open)')"
 
 
 @pytest.fixture(scope="module")
@@ -54,25 +62,18 @@ def until_shown(page, act):
     at_rest(page)
 
 
-def choose(page, name, text):
-    """Choose from a list."""
-    page.click(f".v-input:has(#{name}) .v-field__append-inner")
-    page.locator(".v-overlay--active .v-list-item", has_text=text).first.click()
-
-
 def set_option(page, table, name, value):
     """Type the value of an option."""
     if not page.is_visible(f"#scan-set-{table}-{name}"):
         page.click(f"#scan-table-{table} .v-expansion-panel-title")
-    page.fill(f"#scan-set-{table}-{name} .v-field input", value)
-    page.keyboard.press("Enter")
+    field = page.locator(f"#scan-set-{table}-{name} .v-field input")
+    field.fill(value)
+    field.press("Enter")
 
 
 def colours_of(page):
-    """Count the colours of the tree: neither the panel's nor the legend's."""
-    page.wait_for_timeout(1200)
-    shot = page.screenshot(clip={"x": 340, "y": 120, "width": 590, "height": 400})
-    return len(Image.open(io.BytesIO(shot)).convert("RGB").getcolors(1_000_000))
+    """Count the colours of the tree."""
+    return colours_drawn(page, TREE)
 
 
 def test_a_cloud_is_reconstructed_and_shown_in_layers_and_colours(page):
@@ -81,11 +82,11 @@ def test_a_cloud_is_reconstructed_and_shown_in_layers_and_colours(page):
     assert " to " in figure(page, "dbh_cm")
     assert "points are drawn" in page.inner_text("#scan-line")
     assert "Height above the ground" in page.inner_text("#scan-legends")
+    until(page, lambda: colours_of(page) > 100)
     full = colours_of(page)
-    assert full > 100
     for name in ("cloud", "axes", "wood"):
         page.click(f"#scan-show-{name}")
-    assert colours_of(page) < full / 2
+    until(page, lambda: colours_of(page) < full / 2)
     for name in ("cloud", "axes", "wood"):
         page.click(f"#scan-show-{name}")
     for words, says in (
@@ -93,11 +94,11 @@ def test_a_cloud_is_reconstructed_and_shown_in_layers_and_colours(page):
         ("Where radii", "% of the length"),
         ("Distance", "wood without points"),
     ):
-        choose(page, "scan-mode", words)
-        page.wait_for_function(f"document.querySelector('#scan-legends').innerText.includes('{says}')")
+        choose(page, "#scan-mode", words)
+        page.wait_for_function(f"document.querySelector('#scan-legends')?.innerText.includes('{says}')")
     assert "mm" in page.inner_text("#scan-legends")
-    assert colours_of(page) > full / 2
-    choose(page, "scan-mode", "Height")
+    until(page, lambda: colours_of(page) > full / 2)
+    choose(page, "#scan-mode", "Height")
 
 
 def test_options_change_the_figures_and_are_undone(page):
@@ -112,8 +113,9 @@ def test_options_change_the_figures_and_are_undone(page):
     assert (figure(page, "points_used"), figure(page, "nodes")) == after
     until_shown(page, lambda: page.click("#scan-do-reset"))
     page.click("#scan-table-cylinders .v-expansion-panel-title")
-    page.locator("#scan-set-cylinders-step_m .v-slider-thumb").focus()
-    until_shown(page, lambda: page.keyboard.press("PageUp"))
+    slider = page.locator("#scan-set-cylinders-step_m .v-slider-thumb")
+    slider.wait_for()
+    until_shown(page, lambda: slider.press("PageUp"))
     assert "made: fit; kept: clean, skeleton" in page.inner_text("#scan-line")
     assert float(page.input_value("#scan-set-cylinders-step_m .v-field input")) > 0.04
     until_shown(page, lambda: page.click("#scan-do-reset"))
@@ -123,33 +125,37 @@ def test_options_change_the_figures_and_are_undone(page):
 
 
 def test_what_is_known_beside_the_points_is_given(page):
-    until_shown(page, lambda: choose(page, "scan-ground", "floor.laz"))
+    until_shown(page, lambda: choose(page, "#scan-ground", "floor.laz"))
     page.fill("#scan-crs", "RD")
-    page.keyboard.press("Enter")
+    page.press("#scan-crs", "Enter")
     is_told(page, "RD: is not of the form EPSG:N")
     page.fill("#scan-crs", "EPSG:28992")
-    until_shown(page, lambda: page.keyboard.press("Enter"))
+    until_shown(page, lambda: page.press("#scan-crs", "Enter"))
     assert figure(page, "crs") == "EPSG:28992"
-    page.click("#scan-files")
+    open_menu(page, "#scan-files")
     said = page.locator("#scan-command").text_content()  # whether or not the menu has faded in
     assert "--ground" in said
     assert "--crs EPSG:28992" in said
-    page.keyboard.press("Escape")
-    page.locator("#scan-command").wait_for(state="hidden")  # a menu that closes takes the focus along
-    until_shown(page, lambda: (page.fill("#scan-crs", ""), page.keyboard.press("Enter")))
-    until_shown(page, lambda: choose(page, "scan-ground", "in the cloud, or found"))
+    close_menu(page)
+    until_shown(page, lambda: (page.fill("#scan-crs", ""), page.press("#scan-crs", "Enter")))
+    until_shown(page, lambda: choose(page, "#scan-ground", "in the cloud, or found"))
 
 
 def test_models_are_compared_and_downloaded(page, tmp_path):
-    until_shown(page, lambda: choose(page, "scan-against", "twig.truth.npz"))
+    until_shown(page, lambda: choose(page, "#scan-against", "twig.truth.npz"))
     assert "B: twig.truth.npz" in page.inner_text("#scan-tables")
     assert "bark of A from B's" in page.inner_text("#scan-tables")
     assert "the other one (B)" in page.inner_text("#scan-legends")
+    stands(page)
+    place, _ = camera(page)
     page.click("#scan-side")
-    page.wait_for_function("!document.querySelector('#scan-legends').innerText.includes('the other one')")
-    until_shown(page, lambda: choose(page, "scan-against", "nothing"))
-    assert not page.query_selector("#scan-tables")
-    page.click("#scan-files")
+    until(page, lambda: abs(camera(page)[0] - place).max() > 0.1)  # where both are seen
+    page.wait_for_function("!document.querySelector('#scan-legends')?.innerText.includes('the other one')")
+    page.click("#scan-over")
+    until_shown(page, lambda: choose(page, "#scan-against", "nothing"))
+    page.wait_for_selector("#scan-tables", state="detached")
+    page.click("#scan-show-cloud")  # the comparison has switched it off
+    open_menu(page, "#scan-files")
     with page.expect_download() as waiting:
         page.click("#scan-save")
     assert waiting.value.suggested_filename == "twig.toml"
@@ -164,15 +170,18 @@ def test_models_are_compared_and_downloaded(page, tmp_path):
 def test_the_page_survives_what_is_no_tree_stopping_and_loading_again(page):
     before = figure(page, "nodes")
     for name, says in (("empty.laz", "is empty (0 bytes)"), ("three.xyz", "needs at least 10")):
-        choose(page, "scan-open", name)
+        choose(page, "#scan-open", name)
         page.wait_for_function(
             f"document.querySelector('#trouble')?.innerText.includes('{says}')", timeout=FIRST_MS
         )
         at_rest(page)
         assert figure(page, "nodes") == before
-    until_shown(page, lambda: choose(page, "scan-open", "model: twig.truth.npz"))
+        page.wait_for_function(
+            f"[{FIELD}.innerText, {FIELD}.querySelector('input').value].join().includes('twig.laz')"
+        )
+    until_shown(page, lambda: choose(page, "#scan-open", "model: twig.truth.npz"))
     assert figure(page, "nodes") != before
-    until_shown(page, lambda: choose(page, "scan-open", "cloud: twig.laz"))
+    until_shown(page, lambda: choose(page, "#scan-open", "cloud: twig.laz"))
     set_option(page, "cylinders", "step_m", "0.001")
     page.click("#scan-stop")
     page.wait_for_function("/stopped/.test(document.querySelector('#scan-doing')?.innerText)")

@@ -165,7 +165,7 @@ def test_what_cannot_be_known_is_a_sentence_and_is_taken_back(session, folder, t
 
 
 def test_typed_systems_and_species_are_checked():
-    assert (system(" "), system("epsg:4326"), species(" ")) == (None, "EPSG:4326", None)
+    assert (system(" "), system("epsg:28992"), species(" ")) == (None, "EPSG:28992", None)
     with pytest.raises(UsageError, match=r"^RD: is not of the form EPSG:N; give for example"):
         system("RD")
     with pytest.raises(UsageError, match="at most 100"):

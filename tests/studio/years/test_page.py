@@ -6,7 +6,18 @@ import pytest
 
 from pipeline.exchange import read_model, write
 from pipeline.studio.years.listing import read_programmes
-from tests.studio.pages import is_told
+from tests.studio.pages import (
+    FIRST_MS,
+    choose,
+    close_menu,
+    colours_drawn,
+    comes_true,
+    is_told,
+    open_menu,
+    picture,
+    stands,
+    until,
+)
 
 STEM = (794, 600)
 """Where the stem of the default tree stands in the window at first, in its year 20."""
@@ -30,10 +41,14 @@ def address(browser, served, folder):
 def page(visit, address):
     made = visit(address)
     made.click("#tab-years")
-    made.set_default_timeout(120_000)  # the first growth compiles
-    made.wait_for_function("+document.querySelector('#years-figures')?.dataset.shown > 0")
-    made.set_default_timeout(30_000)
+    has_grown(made)
     return made
+
+
+def has_grown(page):
+    """Wait until the years are there; the first ones compile."""
+    page.wait_for_function("+document.querySelector('#years-figures')?.dataset.shown > 0", timeout=FIRST_MS)
+    page.wait_for_selector("#years-stop", state="detached")
 
 
 def figure(page, name):
@@ -56,17 +71,13 @@ def turn_to(page, year):
         page.wait_for_function(f"document.querySelector('#years-figure-year').innerText != '{before}'")
 
 
-def choose(page, select, text):
-    page.click(select, force=True)
-    page.click(f'.v-overlay--active .v-list-item:has-text("{text}")')
-
-
 def pick(page, place):
     """Click until a branch is picked: a browser that is busy may not have drawn the tree yet."""
-    for _ in range(20):
+    stands(page)
+    picture(page)
+    for _ in range(5):
         page.mouse.click(*place)
-        page.wait_for_timeout(500)
-        if page.locator("#years-branch").count():
+        if comes_true(page, page.locator("#years-branch").count, 20_000):
             return
     pytest.fail(f"nothing is picked at {place}")
 
@@ -98,7 +109,7 @@ def test_years_are_looked_at_and_a_branch_is_pruned(page, tmp_path):
     assert events(page)[0].startswith("12 · cut-to-bud")
     assert figure(page, "year") == "12 of 25"
 
-    page.click("#years-files")
+    open_menu(page, "#years-files")
     with page.expect_download() as waiting:
         page.click("#years-save_events")
     waiting.value.save_as(tmp_path / "events.toml")
@@ -110,7 +121,7 @@ def test_years_are_looked_at_and_a_branch_is_pruned(page, tmp_path):
     assert waiting.value.suggested_filename == "bud-0-year012.ls.json"
     waiting.value.save_as(tmp_path / "tree.ls.json")
     assert len(read_model(tmp_path / "tree.ls.json")) == int(figure(page, "metamers").replace(",", "")) + 1
-    page.keyboard.press("Escape")
+    close_menu(page)
 
     shown, listed = figure(page, "metamers"), events(page)
     page.reload()
@@ -132,27 +143,46 @@ def test_an_event_that_does_not_fit_is_a_sentence(page):
     assert events(page) == []
 
 
+def test_what_is_typed_and_unfolded_stays_while_years_grow(page):
+    page.click("#years-panel-growth .v-expansion-panel-title")
+    page.fill("#years-field-position", "1, 2, 3")
+    vigour = page.locator("#years-set-alpha .v-slider-thumb")
+    vigour.wait_for()
+    for act in (lambda: vigour.press("ArrowRight"), lambda: page.click("#years-undo")):
+        until_grown(page, act)
+        assert page.input_value("#years-field-position") == "1, 2, 3"
+        assert vigour.is_visible()
+    page.click("#years-panel-growth .v-expansion-panel-title")
+    page.fill("#years-field-position", "")
+
+
+def test_years_out_of_range_are_explained_until_they_are_put_right(page):
+    held = page.input_value("#years-span")
+    page.fill("#years-span", "99999")
+    is_told(page, "a tree cannot grow for 99999 years; give 0 to 1000")
+    page.fill("#years-span", held)
+    page.wait_for_selector("#trouble", state="detached")
+
+
 def test_events_are_opened_or_explained(page, tmp_path):
     (tmp_path / "odd.toml").write_text('[[event]]\nyear = 3\noperation = "crown-rise"')
     (tmp_path / "good.toml").write_text(EVENTS)
-    page.click("#years-files")
+    open_menu(page, "#years-files")
     page.set_input_files("#years-open-events", tmp_path / "odd.toml")
     is_told(page, "do you mean crown-raise")
     until_grown(page, lambda: page.set_input_files("#years-open-events", tmp_path / "good.toml"))
-    page.keyboard.press("Escape")
+    close_menu(page)
     assert events(page)[0].startswith("12 · crown-raise")
     until_grown(page, lambda: page.click("#years-undo"))
 
 
-def test_a_model_of_the_folder_grows_on_and_a_long_growth_is_stopped(page, standing, colours_drawn):
+def test_a_model_of_the_folder_grows_on_and_a_long_growth_is_stopped(page, standing):
     until_grown(page, lambda: choose(page, "#years-file", "oak.npz"))
     assert figure(page, "year") == "10 of 10"
     turn_to(page, 9)
     assert int(figure(page, "metamers").replace(",", "")) > len(standing)
-    page.wait_for_timeout(1000)
-    assert colours_drawn(page) > 300
+    until(page, lambda: colours_drawn(page) > 300)
     page.fill("#years-span", "1000")
-    page.keyboard.press("Tab")
     page.wait_for_selector("#years-stop")
     page.wait_for_function("/year [1-9]/.test(document.querySelector('#years-doing')?.innerText)")
     page.click("#years-stop")
@@ -163,11 +193,10 @@ def test_a_model_of_the_folder_grows_on_and_a_long_growth_is_stopped(page, stand
     assert figure(page, "year") == "25 of 25"
 
 
-def test_a_model_and_its_events_are_opened_by_the_command(visit, served, folder, colours_drawn):
+def test_a_model_and_its_events_are_opened_by_the_command(visit, served, folder):
     (folder / "oak.events.toml").write_text(EVENTS.replace("12", "2"))
     page = visit(served(folder / "oak.npz", folder / "oak.events.toml"))
-    page.wait_for_function("+document.querySelector('#years-figures')?.dataset.shown > 0", timeout=120_000)
+    has_grown(page)
     assert figure(page, "year") == "10 of 10"
     assert events(page)[0].startswith("2 · crown-raise")
-    page.wait_for_timeout(1500)
-    assert colours_drawn(page) > 300
+    until(page, lambda: colours_drawn(page) > 300)
