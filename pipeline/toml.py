@@ -58,7 +58,8 @@ def _kinds(annotation: Any) -> list[str]:
     if origin in {Union, UnionType}:
         return [kind for part in get_args(annotation) for kind in _kinds(part)]
     if origin in {tuple, list}:
-        return [f"a list of {_kinds(get_args(annotation)[0])[0]}"]
+        kind = _kinds(get_args(annotation)[0])[0]
+        return [f"a list of {kind[2:]}s" if kind.startswith("a ") else f"a list of {kind}"]
     names = {
         bool: "true or false",
         int: "a whole number",

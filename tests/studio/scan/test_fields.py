@@ -52,7 +52,7 @@ def test_texts_of_a_form_are_read():
         ("clean.voxel_m", "", "is not allowed; give a number"),
         ("clean.outlier_neighbours", 2.5, "give a whole number"),
         ("skeleton.method", "magic", 'give one of "auto"'),
-        ("skeleton.insertion_deg", "steep", "give a list of a number"),
+        ("skeleton.insertion_deg", "steep", "give a list of numbers"),
         ("lsystem.radii", "all", "no option of a reconstruction"),
         ("clean.voxel", 1, "no option of a reconstruction"),
     ],
