@@ -27,7 +27,6 @@ from pipeline.formats import (
     treeqsm,
     treeqsm_mat,
 )
-from pipeline.formats.cylinders import Cylinders
 from pipeline.formats.ply import open_ply
 from pipeline.formats.unreadable import why_unreadable
 from pipeline.lsystem import (
@@ -182,12 +181,6 @@ _READ_BESIDE: dict[str, Reader] = {
 }
 """Readers of suffixes that do not name a format by themselves; what is inside decides."""
 
-_CYLINDERS = {
-    ".treeqsm.txt": treeqsm.read_cylinders,
-    ".simpleforest.csv": simpleforest.read_cylinders,
-    ".mat": treeqsm_mat.read_cylinders,
-}
-
 
 def parse_formats(text: str) -> tuple[str, ...]:
     """Return the formats of a comma list, each once, in the order given.
@@ -281,22 +274,6 @@ def read_model(path: str | os.PathLike[str]) -> TreeModel | Skeleton:
         msg = f"{source}: there is no such file; check the name"
         raise InputMissingError(msg)
     return reader(source)
-
-
-def tells_sources(path: str | os.PathLike[str]) -> bool:
-    """Whether a model's file says where its radii come from: measured, propagated or allometric."""
-    name = os.fspath(path).lower()
-    if name.endswith(".ply"):
-        nodes = open_ply(path).element("vertex")
-        return nodes is not None and "radius_source" in {column.name for column in nodes.properties}
-    known = next((known for known in FORMATS.values() if name.endswith(known.suffix)), None)
-    return not name.endswith(".mat") if known is None else "radius source" not in known.loses
-
-
-def cylinders_of(path: str | os.PathLike[str]) -> Cylinders | None:
-    """Return the cylinders of a file as they stand in it; None where it holds none."""
-    name = os.fspath(path).lower()
-    return next((read(path) for suffix, read in _CYLINDERS.items() if name.endswith(suffix)), None)
 
 
 def stem_of(path: str | os.PathLike[str]) -> str:

@@ -47,7 +47,8 @@ def _facts(file: Path) -> dict[str, Any]:
         from pipeline.cloud import read_cloud
 
         return {"kind": kind, **_cloud_facts(file, read_cloud(file)), **_size(file, None)}
-    from pipeline.exchange import read_model, tells_sources
+    from pipeline.exchange import read_model
+    from pipeline.jobs.told import tells_sources
 
     model = read_model(file)
     options.warn_if_flat(file, model)

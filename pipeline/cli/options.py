@@ -118,7 +118,7 @@ def warn_if_flat(file: Path, model: TreeModel | Skeleton) -> None:
 
 def tell_cylinders(file: Path, model: TreeModel | Skeleton) -> None:
     """Say what a file's cylinders hold by themselves, where the tree that joins them holds another amount."""
-    from pipeline.exchange import cylinders_of
+    from pipeline.jobs.told import cylinders_of
     from pipeline.model import TreeModel
 
     held = cylinders_of(file) if isinstance(model, TreeModel) else None
