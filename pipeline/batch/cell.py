@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from pipeline.airborne.modelling import Stages, model_tree, near_stems
 from pipeline.airborne.raster import Raster
 from pipeline.airborne.segmentation import Segmented, segment
 from pipeline.airborne.tree import AirborneTree
+from pipeline.batch.job import Job
 from pipeline.batch.rows import Survey, row, table, tree_ids
 from pipeline.cityjson import SeqWriter
 from pipeline.cloud import read_cloud
@@ -30,9 +31,6 @@ from pipeline.lsystem import ArchiveWriter, encode
 from pipeline.model import PointCloud
 from pipeline.output import write_text
 from pipeline.report import peak_rss_mb
-
-if TYPE_CHECKING:
-    from pipeline.batch.tasks import Job
 
 TABLE, MODELS, CITY, MANIFEST = (
     "trees.parquet",

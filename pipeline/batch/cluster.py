@@ -32,6 +32,9 @@ SETTINGS = {
 PRELOADED = ["distributed", "pipeline.batch.tasks", "pipeline.batch.cell"]
 """What workers load."""
 
+ENDING = "pipeline.batch.orphans"
+"""What lets a worker of our own end with its driver."""
+
 
 @contextmanager
 def cluster(
@@ -113,8 +116,10 @@ def _load_once(distributed: Any) -> None:
 def _ours(distributed: Any, workers: int, memory_gb: float | None) -> Iterator[tuple[Any, str]]:
     _load_once(distributed)
     limit = "auto" if memory_gb is None else f"{memory_gb}GB"
+    theirs = distributed.worker.dask.config.get("distributed.worker.preload")
     own = distributed.LocalCluster(
         n_workers=workers,
+        preload=[*theirs, ENDING],
         threads_per_worker=1,
         processes=True,
         memory_limit=limit,

@@ -18,10 +18,11 @@ from typing import Any
 from pipeline.airborne.grid import Cell, can_split
 from pipeline.batch.explode import Slice, exploded, part_path, slices_of
 from pipeline.batch.gather import Sources
+from pipeline.batch.job import Job, Outcome
 from pipeline.batch.ledger import Ledger
 from pipeline.batch.plan import Plan
 from pipeline.batch.progress import Progress
-from pipeline.batch.tasks import Job, Outcome, do_cell, do_slice, lost
+from pipeline.batch.tasks import do_cell, do_slice, lost
 from pipeline.errors import PipelineError
 
 LOGGER = logging.getLogger("treepipe")

@@ -17,9 +17,10 @@ from pipeline.airborne.grid import Cell
 from pipeline.batch import folder, quarantine
 from pipeline.batch.cluster import cluster
 from pipeline.batch.dispatch import Dispatch
+from pipeline.batch.job import Job
 from pipeline.batch.plan import Plan
 from pipeline.batch.progress import Progress
-from pipeline.batch.tasks import Job, still_at_work
+from pipeline.batch.tasks import still_at_work
 from pipeline.output import write_text
 
 ORPHANS_S = 30.0
@@ -83,6 +84,8 @@ def run_batch(
             folder.sweep(job.out)
         if not run.progress.quarantined and plan.only is None:
             shutil.rmtree(job.points, ignore_errors=True)
+        else:
+            folder.drop_slices(job.out)
         held = _held(job.out, plan)
         broken = {str(facts["tile"]): str(facts["error"]) for facts in held if facts.get("tile")}
         failures = {**plan.failures, **broken, **_treeless(plan, run.progress)}

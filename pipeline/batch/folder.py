@@ -6,7 +6,7 @@ import fcntl
 import json
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -163,3 +163,18 @@ def sweep(out: Path) -> None:
 def drop_points(out: Path, root: Cell) -> None:
     """Remove the points of a cell that is done with all its quarters."""
     shutil.rmtree(out / "work" / root.name, ignore_errors=True)
+
+
+def drop_slices(out: Path) -> None:
+    """Remove what says of slices that they are exploded, unless points of a cell of theirs still wait."""
+    work = out / "work"
+    for path in (work / "slices").glob("*.json"):
+        try:
+            cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+        except (OSError, ValueError, LookupError):  # it says nothing to a run that goes on either
+            cells = ()
+        if not any((work / name).is_dir() for name in cells):
+            path.unlink(missing_ok=True)
+    for emptied in (work / "slices", work):
+        with suppress(OSError):  # something is still in it, or it is gone
+            emptied.rmdir()

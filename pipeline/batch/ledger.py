@@ -8,9 +8,9 @@ from pathlib import Path
 
 from pipeline.airborne.grid import Cell, split
 from pipeline.batch import folder, manifests, quarantine
+from pipeline.batch.job import Job, Outcome
 from pipeline.batch.plan import Plan
 from pipeline.batch.progress import Progress
-from pipeline.batch.tasks import Job, Outcome
 
 LOGGER = logging.getLogger("treepipe")
 

@@ -8,7 +8,6 @@ is not tried any more, whatever the scheduler thinks.
 from __future__ import annotations
 
 import errno
-import hashlib
 import json
 import os
 import socket
@@ -16,17 +15,16 @@ import traceback
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal
 
 from distributed import get_worker
 
-from pipeline.airborne.grid import Cell, GridOptions, can_split
+from pipeline.airborne.grid import Cell, can_split
 from pipeline.batch import manifests
 from pipeline.batch.explode import Slice, explode, exploded
 from pipeline.batch.gather import Sources, gather
+from pipeline.batch.job import Job, Outcome
 from pipeline.cloud.parts import Frame
 from pipeline.errors import OutputError, PipelineError
 from pipeline.output import write_text
@@ -34,74 +32,6 @@ from pipeline.version import __version__
 
 WIDEST_M = 1000.0
 """Cells with a wider core are split: rasters take 215 bytes a square metre, points 97 each."""
-
-Status = Literal["done", "failed", "crashed", "memory", "split"]
-
-
-@dataclass(frozen=True)
-class Job:
-    """What all cells of a run share, and the function that does one.
-
-    Parameters
-    ----------
-    work : callable
-        ``work(cell, points, folder, job) -> manifest``: makes the files of a cell in `folder`, the
-        manifest last, from the file `points`.
-    out : Path
-    grid : GridOptions
-    config_hash, input_hash : str
-    config_json : str
-    crs : str
-    crs_assumed : bool
-    attempts : int
-        Processes that a task may cost.
-    extra : dict
-        What else `work` needs.
-    """
-
-    work: Callable[[Cell, Path, Path, Job], dict[str, Any]]
-    out: Path
-    grid: GridOptions
-    config_hash: str
-    input_hash: str
-    config_json: str = "{}"
-    crs: str = ""
-    crs_assumed: bool = False
-    attempts: int = 2
-    extra: dict[str, Any] = field(default_factory=dict)
-
-    @property
-    def points(self) -> Path:
-        """Where the points of cells are."""
-        return self.out / "work"
-
-    @property
-    def run(self) -> str:
-        """Name of the run: a scheduler that serves two of them tells their cells apart by it."""
-        told = (str(self.out), self.config_hash, self.input_hash)
-        return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:12]
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What became of a task.
-
-    Parameters
-    ----------
-    status : str
-    facts : dict
-        Of a cell, its manifest; of a slice, what `explode` returns; of a split cell, its ``points`` or
-        ``size_m``, which are too many or too large.
-    error, trace : str, optional
-    deaths : tuple of (str, int)
-        Worker and process of the attempts that were lost.
-    """
-
-    status: Status
-    facts: dict[str, Any] = field(default_factory=dict)
-    error: str | None = None
-    trace: str | None = None
-    deaths: tuple[tuple[str, int], ...] = ()
 
 
 def do_slice(job: Job, piece: Slice, cells: tuple[Cell, ...], frame: Frame) -> Outcome:

@@ -230,7 +230,7 @@ def _run(plan: Plan, out: Path, config: Config, **given: Any) -> dict[str, Any]:
     """Do the cells."""
     from pipeline.batch.cell import work
     from pipeline.batch.engine import run_batch
-    from pipeline.batch.tasks import Job
+    from pipeline.batch.job import Job
 
     job = Job(
         work,

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.airborne.grid import Cell, GridOptions
-from pipeline.batch import cluster, engine, quarantine
+from pipeline.batch import cluster, engine, quarantine, tasks
 from pipeline.batch.dispatch import ClusterLostError
 from pipeline.batch.engine import run_batch
 from pipeline.batch.tasks import version_there
@@ -143,6 +143,16 @@ if __name__ == "__main__":
 """
 
 
+DEAF_DRIVER = """
+from pipeline.batch.cluster import cluster
+from tests.batch.stubs import deaf
+
+if __name__ == "__main__":
+    with cluster(1, None, None, allowed_failures=0) as (client, _):
+        client.submit(deaf, {log!r}).result()
+"""
+
+
 def test_a_driver_that_is_killed_goes_on_where_it_was(tiles, expected, tmp_path):
     out, log = tmp_path / "out", tmp_path / "log"
     code = DRIVER.format(tiles=[str(tile) for tile in tiles], out=str(out), log=str(log))
@@ -176,6 +186,21 @@ def test_a_driver_that_is_killed_goes_on_where_it_was(tiles, expected, tmp_path)
         run_batch(fewer, job_of(fewer, out))
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only its kernel ends a process with its parent")
+def test_a_worker_in_compiled_code_ends_with_its_driver(tmp_path):
+    log = tmp_path / "log"
+    code = DEAF_DRIVER.format(log=str(log))
+    (tmp_path / "driver.py").write_text(code)
+    driver = subprocess.Popen([sys.executable, str(tmp_path / "driver.py")], env=environment())
+    wait_for(lambda: log.exists() and log.read_text().endswith(" "))
+    worker = int(log.read_text())
+    driver.send_signal(signal.SIGKILL)
+    driver.wait()
+    began = time.monotonic()
+    wait_for(lambda: not alive({worker}))
+    assert time.monotonic() - began < 10
+
+
 def test_one_cell_alone_and_a_quarter_of_it(tiles, expected, tmp_path, monkeypatch):
     monkeypatch.setattr(engine, "cluster", Given)
     plan = plan_of(*tiles)
@@ -184,8 +209,27 @@ def test_one_cell_alone_and_a_quarter_of_it(tiles, expected, tmp_path, monkeypat
     summary = run_batch(one, job_of(one, tmp_path))
     assert (summary["planned"], summary["done"]) == (1, 1)
     assert listing(tmp_path) == {key: value for key, value in expected.items() if key.split("/")[1] == name}
+    assert not (tmp_path / "work").exists()
     with pytest.raises(UsageError, match="no cell of these tiles"):
         plan.restricted("0_0_50")
+
+
+def test_one_cell_alone_leaves_what_a_run_that_goes_on_needs(tiles, expected, tmp_path, monkeypatch):
+    monkeypatch.setattr(engine, "cluster", Given)
+    plan = plan_of(*tiles)
+    held = run_batch(plan, job_of(plan, tmp_path, fails=[FAILER]))
+    assert held["quarantined"] == 1
+    waiting = {path.relative_to(tmp_path) for path in tmp_path.glob("work/*/*")}
+    one = plan_of(*tiles).restricted("121150_487000_50")
+    (tmp_path / "cells" / one.only.name / "manifest.json").unlink()
+    run_batch(one, job_of(one, tmp_path))
+    assert {path.relative_to(tmp_path) for path in tmp_path.glob("work/*/*")} == waiting
+    assert {path.parts[1] for path in waiting} == {FAILER, "slices"}
+    quarantine.release(tmp_path)
+    monkeypatch.setattr(tasks, "explode", None)  # nothing is exploded again
+    run_batch(plan, job_of(plan, tmp_path))
+    assert listing(tmp_path) == expected
+    assert not (tmp_path / "work").exists()
 
 
 def test_a_worker_that_cannot_load_its_work_is_told():

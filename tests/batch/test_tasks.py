@@ -21,7 +21,8 @@ from pipeline.batch.dispatch import Dispatch
 from pipeline.batch.engine import run_batch
 from pipeline.batch.explode import slices_of
 from pipeline.batch.gather import Sources
-from pipeline.batch.tasks import Outcome, do_cell, do_slice, still_at_work
+from pipeline.batch.job import Outcome
+from pipeline.batch.tasks import do_cell, do_slice, still_at_work
 from tests.batch.stubs import count, job_of, make_tile, plan_of, treeless
 from tests.batch.workerless import Client, Given
 

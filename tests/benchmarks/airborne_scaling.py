@@ -29,8 +29,8 @@ from pipeline.airborne.segmentation import segment
 from pipeline.batch.engine import run_batch
 from pipeline.batch.explode import explode, slices_of
 from pipeline.batch.gather import Sources, gather
+from pipeline.batch.job import Job
 from pipeline.batch.plan import Plan, make_plan
-from pipeline.batch.tasks import Job
 from pipeline.cloud.parts import read_part
 from pipeline.config import Config, read_config
 

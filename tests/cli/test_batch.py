@@ -210,7 +210,7 @@ def test_help_shows_the_options_and_the_commands(call):
 
 DRIVER = """
 from pipeline.batch import cell
-from pipeline.batch.tasks import Job
+from pipeline.batch.job import Job
 from pipeline.cli.main import main
 from tests.batch.stubs import slowly
 if __name__ == "__main__":
