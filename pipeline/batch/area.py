@@ -11,6 +11,7 @@ from pyproj import CRS, Transformer
 
 from pipeline.airborne.grid import Cell, Window
 from pipeline.batch.extra import missing
+from pipeline.batch.vectors import read_vector
 from pipeline.errors import UsageError
 
 
@@ -70,7 +71,7 @@ def read_area(path: Path, crs: str) -> Area:
         msg = f"{path}: there is no such file; check the name given to --aoi"
         raise UsageError(msg)
     try:
-        info, _, geometry, _ = pyogrio.raw.read(path, columns=[])
+        info, geometry, _ = read_vector(path)
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError, ValueError) as error:
         reason = str(error).partition("\n")[0]
         msg = f"{path}: no polygons can be read there ({reason}); give a GeoJSON or GeoPackage to --aoi"

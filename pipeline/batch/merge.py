@@ -75,7 +75,7 @@ def merge(  # noqa: PLR0913 (what the command says, each by its name)
     joined = _joined(cells, read_stems(stems, crs) if stems else ())
     places = [one.cell for one in cells]
     asked = within_cells(read_areas(areas, crs), places) if areas else of_cells(places)
-    told = Statistics(within_tiles(asked, tile_extents(out)))
+    told = Statistics(within_tiles(asked, tile_extents(out)), out)
     table = out / TABLE
     trees = _write_table(cells, joined, told, table, crs)
     rows = list(told.rows())

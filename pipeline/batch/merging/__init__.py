@@ -8,6 +8,7 @@ file         what
 `genera`     leaf types of genera
 `stems`      each measured stem joined to the nearest tree
 `areas`      polygons that statistics are asked for, or the cells
+`shelf`      figures of all trees, on the disk until they are needed
 `statistics` numbers, means and spreads by area and species
 `geopackage` layers for QGIS
 `postgis`    rows into a table that may hold other runs

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pipeline.airborne.grid import Cell, Window
 from pipeline.batch.merging.packages import package
+from pipeline.batch.vectors import read_vector
 from pipeline.errors import InputFormatError, InputMissingError
 from pipeline.model import Floats
 
@@ -129,7 +130,7 @@ def read_areas(path: Path, crs: str | None) -> Areas:
         raise InputMissingError(msg)
     pyogrio, shapely = package("pyogrio"), package("shapely")
     try:
-        info, _, geometry, values = pyogrio.raw.read(path)
+        info, geometry, values = read_vector(path)
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError, ValueError) as error:
         reason = str(error).partition("\n")[0]
         msg = f"{path}: no areas can be read there ({reason}); give a GeoJSON or GeoPackage of polygons"

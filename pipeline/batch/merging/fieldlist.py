@@ -13,6 +13,7 @@ import numpy as np
 
 from pipeline.batch.merging.genera import leaf_type_of
 from pipeline.batch.merging.packages import package
+from pipeline.batch.vectors import read_vector
 from pipeline.errors import InputFormatError, InputMissingError
 from pipeline.model import Floats
 
@@ -129,7 +130,7 @@ def _vector(path: Path, crs: str | None) -> dict[str, list[Any]]:
     """Return the columns of a vector file, its points as x and y in the system of the trees."""
     pyogrio, shapely = package("pyogrio"), package("shapely")
     try:
-        info, _, geometry, values = pyogrio.raw.read(path)
+        info, geometry, values = read_vector(path)
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError, ValueError) as error:
         reason = str(error).partition("\n")[0]
         msg = f"{path}: cannot be read as a list of stems ({reason}); give a CSV or a GeoPackage of points"

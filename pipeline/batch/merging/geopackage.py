@@ -31,6 +31,9 @@ TREES, CROWNS, STATISTICS = "trees", "crowns", "statistics"
 CROWN_COLUMNS = ("tree_id", "height_m", "crown_diam_m", "crown_area_m2", "dbh_cm", "species", "crown")
 """Columns of the layer of crowns."""
 
+READ_BY_ALL = {"VERSION": "1.3"}
+"""GDAL 3.6, as QGIS of Debian 12 has it, warns of every layer of a GeoPackage 1.4."""
+
 
 def write(table: Path, statistics: Any, path: Path, *, crs: str | None) -> None:
     """Write a GeoPackage.
@@ -67,6 +70,7 @@ def write(table: Path, statistics: Any, path: Path, *, crs: str | None) -> None:
                     geometry_name=geometry,
                     geometry_type=kind,
                     crs=crs,
+                    dataset_options=READ_BY_ALL,
                 )
             pyogrio.write_arrow(statistics, temporary, layer=STATISTICS, driver="GPKG")
             with closing(sqlite3.connect(temporary)) as file, file:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,10 @@ from pipeline.airborne.fallback import STRAIGHT
 from pipeline.airborne.inventory import Column
 from pipeline.batch.columns import arrow_schema, floats
 from pipeline.batch.merging.areas import Areas
+from pipeline.batch.merging.shelf import Shelf
 from pipeline.formats.geoparquet import arrow
-from pipeline.model import Floats
+
+Told = TypeVar("Told")
 
 EVERYTHING = "all"
 """Name of the area that is all areas, and of the species that is all species."""
@@ -65,25 +68,34 @@ STATISTICS: tuple[Column, ...] = (
 )
 """Columns of the table of statistics."""
 
-Rows = NDArray[np.int64] | slice
-"""Which of the trees that are held are meant."""
+
+class Group(NamedTuple):
+    """Trees of which a row tells: of an area, and of all species or one of them."""
+
+    area: str
+    species: str
+    hectares: float
+    trees: NDArray[np.int32] | slice
 
 
 class Statistics:
     """Gather trees, table by table, and tell their profile.
 
-    The figures of a tree are held once, however many areas it lies in: in 56 bytes, and 12 for each area.
+    The figures of a tree wait on the disk, in 52 bytes, and are read one by one; held are 4 bytes a tree, and
+    8 for each area that it lies in.
 
     Parameters
     ----------
     areas : Areas
+    folder : Path, optional
+        Where the figures wait; else where the system keeps files without names.
     """
 
-    def __init__(self, areas: Areas) -> None:
+    def __init__(self, areas: Areas, folder: Path | None = None) -> None:
         self._areas = areas
         self._trees = 0
         self._species: dict[str, int] = {}
-        self._figures: list[list[Any]] = [[] for _ in range(len(FIGURES) + len(SUMS) + 1)]
+        self._figures = Shelf(len(FIGURES) + len(SUMS) + 1, folder)
         self._kinds: list[Any] = []
         self._pairs: tuple[list[Any], list[Any]] = ([], [])
 
@@ -93,41 +105,55 @@ class Statistics:
             return
         point, area = self._areas.holding(np.column_stack([floats(table, "apex_x"), floats(table, "apex_y")]))
         inside, held = np.unique(point, return_inverse=True)
-        for parts, values in zip(self._figures, _figures(table).T, strict=True):
-            parts.append(values[inside])
+        self._figures.add(_figures(table)[inside])
         names = [name or UNKNOWN for name in table["species"].to_pylist()]
         kinds = np.array([self._species.setdefault(name, len(self._species)) for name in names], np.int32)
         self._kinds.append(kinds[inside])
-        self._pairs[0].append(held + self._trees)
+        self._pairs[0].append((held + self._trees).astype(np.int32))
         self._pairs[1].append(area.astype(np.int32))
         self._trees += len(inside)
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Yield the rows of the table, by area as they were given, after all of them; all species first."""
-        figures, kinds = [_joined(parts, np.float32) for parts in self._figures], self._ranks()
-        yield from self._of_area(EVERYTHING, self._areas.all_hectares, figures, kinds)
-        tree, area = _joined(self._pairs[0], np.int64), _joined(self._pairs[1], np.int32)
-        order = np.argsort(area, kind="stable")
-        ends = np.searchsorted(area, np.arange(len(self._areas.names) + 1), sorter=order).tolist()
-        for k, (name, hectares) in enumerate(zip(self._areas.names, self._areas.hectares, strict=True)):
-            rows = tree[order[ends[k] : ends[k + 1]]]
-            yield from self._of_area(name, hectares, [values[rows] for values in figures], kinds[rows])
+        groups = list(self._groups())
+        spreads = [self._told(k, _spread, groups) for k in range(len(FIGURES))]
+        sums = [self._told(len(FIGURES) + k, _sum, groups) for k in range(len(SUMS))]
+        straight = self._told(len(FIGURES) + len(SUMS), _count_and_share, groups)
+        for k, group in enumerate(groups):
+            row: dict[str, Any] = {"area": group.area, "species": group.species}
+            row |= _densities(group.hectares, [told[k] for told in sums], straight[k])
+            for (figure, *_), spread in zip(FIGURES, spreads, strict=True):
+                row |= {f"{figure}_{of}": value for of, value in zip(SPREAD, spread[k], strict=True)}
+            yield row
 
-    def _of_area(
-        self, area: str, hectares: float, figures: list[Any], kinds: Any
-    ) -> Iterator[dict[str, Any]]:
-        """Yield the rows of an area: that of all its trees, and one for each of its species."""
-        yield {"area": area, "species": EVERYTHING, **_profile(figures, slice(None), hectares)}
-        order = np.argsort(kinds, kind="stable")
-        for rows in np.split(order, np.flatnonzero(np.diff(kinds[order])) + 1) if len(order) else ():
-            name = sorted(self._species)[kinds[rows[0]]]
-            yield {"area": area, "species": name, **_profile(figures, rows, hectares)}
+    def _told(self, number: int, tell: Callable[[Any], Told], groups: list[Group]) -> list[Told]:
+        """Return what a figure tells of each group; it alone is held meanwhile."""
+        values = self._figures.column(number)
+        return [tell(values[group.trees]) for group in groups]
+
+    def _groups(self) -> Iterator[Group]:
+        """Yield the groups in the order of their rows."""
+        kinds, (tree, area) = self._ranks(), (_joined(parts, np.int32) for parts in self._pairs)
+        yield Group(EVERYTHING, EVERYTHING, self._areas.all_hectares, slice(None))
+        yield from self._by_species(EVERYTHING, self._areas.all_hectares, _sorted(kinds), kinds)
+        order = _sorted(area)
+        tree, ends = tree[order], np.bincount(area, minlength=len(self._areas.names)).cumsum().tolist()
+        for k, (name, hectares) in enumerate(zip(self._areas.names, self._areas.hectares, strict=True)):
+            trees = tree[ends[k - 1] if k else 0 : ends[k]]
+            yield Group(name, EVERYTHING, hectares, trees)
+            yield from self._by_species(name, hectares, trees[_sorted(kinds[trees])], kinds)
+
+    def _by_species(self, area: str, hectares: float, trees: Any, kinds: Any) -> Iterator[Group]:
+        """Yield a group for each species of trees that are sorted by it."""
+        known = sorted(self._species)
+        for part in np.split(trees, np.flatnonzero(np.diff(kinds[trees])) + 1) if len(trees) else ():
+            yield Group(area, known[kinds[part[0]]], hectares, part)
 
     def _ranks(self) -> Any:
         """Return for each tree which species it is, by name."""
         ranks = np.argsort(np.argsort(list(self._species)))
         kinds = _joined(self._kinds, np.int32)
-        return ranks[kinds].astype(np.int32) if len(kinds) else kinds
+        return ranks.astype(np.int32)[kinds] if len(kinds) else kinds
 
 
 def to_table(rows: list[dict[str, Any]]) -> Any:
@@ -182,37 +208,43 @@ def _joined(parts: list[Any], kind: type) -> Any:
     return parts[0]
 
 
-def _profile(figures: list[Any], rows: Rows, hectares: float) -> dict[str, Any]:
-    """Return the figures of a group of trees, a column at a time."""
-    straight = figures[-1][rows]
-    count = len(straight)
-    sums = [float(np.nansum(values[rows], dtype=np.float64)) for values in figures[len(FIGURES) : -1]]
+def _sorted(values: Any) -> Any:
+    """Return the order that sorts values; equal ones stay as they stand."""
+    return np.argsort(values, kind="stable").astype(np.int32)
+
+
+def _sum(values: Any) -> float:
+    return float(np.nansum(values, dtype=np.float64))
+
+
+def _count_and_share(values: Any) -> tuple[int, float]:
+    return len(values), float(values.mean(dtype=np.float64)) if len(values) else np.nan
+
+
+def _densities(hectares: float, sums: list[float], straight: tuple[int, float]) -> dict[str, Any]:
+    """Return how many trees of a group there are, their sums, and both by the hectare."""
+    count, share = straight
     total = dict(zip((name for name, *_ in SUMS), sums, strict=True))
-    row: dict[str, Any] = {
+    return {
         "trees": count,
         "area_ha": _rounded(hectares),
         "trees_per_ha": _rounded(count / hectares) if hectares else None,
         "crown_cover_pct": _rounded(total["crown_area_m2"] / hectares / 100) if hectares else None,
         "agb_t_per_ha": _rounded(total["agb_t"] / hectares) if hectares else None,
-        "straight_pct": _rounded(100 * float(straight.mean(dtype=np.float64))) if count else None,
+        "straight_pct": _rounded(100 * share),
         **{f"{name}_sum": _rounded(value) for name, value in total.items()},
     }
-    for k, (name, *_) in enumerate(FIGURES):
-        row |= {f"{name}_{of}": value for of, value in zip(SPREAD, _spread(figures[k][rows]), strict=True)}
-    return row
 
 
-def _spread(values: Floats) -> list[float | None]:
+def _spread(values: Any) -> list[float | None]:
     """Return mean, standard deviation and percentiles of what is known."""
     known = values[np.isfinite(values)].astype(np.float64)
     if not len(known):
         return [None] * len(SPREAD)
+    mean = float(known.mean())
     deviation = float(known.std(ddof=1)) if len(known) > 1 else None
-    return [
-        _rounded(float(known.mean())),
-        _rounded(deviation),
-        *map(_rounded, np.percentile(known, (5, 50, 95))),
-    ]
+    percentiles = np.percentile(known, (5, 50, 95), overwrite_input=True)  # the last that it is needed for
+    return [_rounded(mean), _rounded(deviation), *map(_rounded, percentiles)]
 
 
 def _rounded(value: float | None) -> float | None:

@@ -97,7 +97,7 @@ def test_every_tree_is_looked_at_a_few_times(tmp_path, monkeypatch):
 def test_as_many_areas_as_a_country_has_cells(monkeypatch):
     side = 200
     cells = [Cell(500.0 * x, 500.0 * y, 500.0) for x in range(side) for y in range(side)]
-    monkeypatch.setattr(statistics, "_profile", lambda figures, rows, _: {"trees": len(figures[0][rows])})
+    monkeypatch.setattr(statistics, "_spread", lambda _: [None] * len(statistics.SPREAD))
     table = completed(cell_table(Cell(0.0, 0.0, side * 500.0), 40_000), {})
     told = Statistics(of_cells(cells))
     for start in range(0, len(table), 10_000):
@@ -115,6 +115,6 @@ def test_a_tree_is_held_once_however_many_areas_it_lies_in():
     for cells in ([cell], [cell] * 5):
         told = Statistics(of_cells(cells))
         told.add(table)
-        arrays = chain(*told._figures, told._kinds, *told._pairs)
+        arrays = chain(told._kinds, *told._pairs)
         held.append(sum(np.asarray(one).nbytes for one in arrays) / len(table))
-    assert held == [56 + 12, 56 + 5 * 12]
+    assert held == [4 + 8, 4 + 5 * 8]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import importlib
 import json
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 
 import geopandas
@@ -218,6 +220,13 @@ def test_the_leaf_types_choose_different_rows():
     ratio = np.array(pine["dbh_cm"].to_pylist()) / np.array(oak["dbh_cm"].to_pylist())
     assert ratio == pytest.approx(1.004 / 0.694, rel=1e-3)
     assert pine["agb_kg"].to_pylist() != oak["agb_kg"].to_pylist()
+
+
+def test_the_package_is_of_the_version_that_gdal_of_some_years_ago_reads(tmp_path):
+    town(tmp_path, columns=1, rows=1, count=20)
+    merge(tmp_path, drawn=False)
+    with closing(sqlite3.connect(tmp_path / "trees.gpkg")) as file:
+        assert file.execute("PRAGMA user_version").fetchone() == (10300,)
 
 
 def test_a_run_without_trees_has_empty_tables_and_maps(tmp_path):
