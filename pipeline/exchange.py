@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pipeline.cityjson import from_cityjson, read_cityjson, to_cityjson, write_cityjson
+from pipeline.cityjson.member import read_feature, split_feature
 from pipeline.config import Config
 from pipeline.errors import InputFormatError, InputMissingError, UsageError
 from pipeline.formats import (
@@ -103,8 +104,7 @@ def _read_cityjson(path: Path) -> TreeModel:
 
 def _read_json(path: Path) -> TreeModel:
     """Read a .json without a telling suffix, such as the L-systems of 2021."""
-    is_city = path.is_file() and b'"CityJSON"' in path.read_bytes()
-    return _read_cityjson(path) if is_city else _read_lsjson(path)
+    return (_read_cityjson if b'"CityJSON"' in path.read_bytes() else _read_lsjson)(path)
 
 
 def _surface(tree: TreeModel, config: Config) -> Mesh:
@@ -177,6 +177,7 @@ _READ_BESIDE: dict[str, Reader] = {
     ".ply": _read_ply,
     ".csv": qsm.read,
     ".json": _read_json,
+    ".jsonl": read_feature,
     ".mat": treeqsm_mat.read,
 }
 """Readers of suffixes that do not name a format by themselves; what is inside decides."""
@@ -252,8 +253,8 @@ def read_model(path: str | os.PathLike[str]) -> TreeModel | Skeleton:
     Parameters
     ----------
     path : path-like
-        Ends in the suffix of a format that can be read (any ``.ply`` with edges is a skeleton, a plain
-        ``.json`` is read as what it holds), or is an archive with a tree's name: ``A.lsjson.jsonl.zst#oak``.
+        Ends in the suffix of a format that can be read (a ``.ply`` with edges is a skeleton, a ``.json``
+        what it holds), or names one tree of many: ``A.lsjson.jsonl.zst#oak``, ``A.city.jsonl#oak``.
 
     Raises
     ------
@@ -265,6 +266,8 @@ def read_model(path: str | os.PathLike[str]) -> TreeModel | Skeleton:
     archive, member = split_member(os.fspath(path))
     if member is not None:
         return decode(Archive(archive).read(member))
+    if split_feature(os.fspath(path))[1] is not None:
+        return read_feature(path)
     source = Path(path)
     reader = _reader(source)
     if reader is None or source.is_dir():

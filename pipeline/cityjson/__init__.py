@@ -8,6 +8,7 @@ do the same for many trees in one file.
 from pipeline.cityjson.check import Finding, check
 from pipeline.cityjson.document import to_cityjson, write_cityjson
 from pipeline.cityjson.extension import extension
+from pipeline.cityjson.member import describe_seq, read_feature
 from pipeline.cityjson.options import CityjsonOptions
 from pipeline.cityjson.read import from_cityjson, read_cityjson
 from pipeline.cityjson.seq import SeqWriter, check_seq, read_seq
@@ -18,9 +19,11 @@ __all__ = [
     "SeqWriter",
     "check",
     "check_seq",
+    "describe_seq",
     "extension",
     "from_cityjson",
     "read_cityjson",
+    "read_feature",
     "read_seq",
     "to_cityjson",
     "write_cityjson",

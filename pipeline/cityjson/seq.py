@@ -152,7 +152,7 @@ def read_seq(path: str | os.PathLike[str]) -> Iterator[tuple[str, TreeModel]]:
     InputFormatError
         If a line is no feature, or carries no tree; the message has its number.
     """
-    for number, feature, document in _features(path):
+    for number, feature, document in features(path):
         try:
             tree = from_cityjson(document)
         except InputFormatError as error:
@@ -181,7 +181,7 @@ def check_seq(path: str | os.PathLike[str], *, schema: Mapping[str, Any] | None 
         As for `read_seq`.
     """
     seen: set[str] = set()
-    for number, feature, document in _features(path):
+    for number, feature, document in features(path):
         name = str(feature["id"])
         found = list(schema_findings(feature, schema)) if schema is not None else []
         if name in seen:
@@ -193,15 +193,12 @@ def check_seq(path: str | os.PathLike[str], *, schema: Mapping[str, Any] | None 
             yield Finding(f"line {number}, {fault.where}", fault.what, fault.remedy)
 
 
-def _features(path: str | os.PathLike[str]) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:
+def features(path: str | os.PathLike[str]) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:
     """Yield every feature with the number of its line, and as a document with the first line's members."""
     head: dict[str, Any] | None = None
     for number, line in _objects(path):
         if head is None:
-            if line.get("type") != "CityJSON":
-                msg = f"{path}, line {number}: is not of type CityJSON; begin the file with its transform"
-                raise InputFormatError(msg)
-            head = line
+            head = _checked_head(path, number, line)
             continue
         objects, vertices = line.get("CityObjects"), line.get("vertices")
         if line.get("type") != "CityJSONFeature" or not isinstance(objects, dict) or "id" not in line:
@@ -211,6 +208,28 @@ def _features(path: str | os.PathLike[str]) -> Iterator[tuple[int, dict[str, Any
     if head is None:
         msg = f"{path}: is empty; give a {SUFFIX} file"
         raise InputFormatError(msg)
+
+
+def first_line(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return what all trees of a file share: version, reference system, transform, extensions.
+
+    Raises
+    ------
+    InputMissingError, InputFormatError
+        As for `read_seq`.
+    """
+    for number, line in _objects(path):
+        return _checked_head(path, number, line)
+    msg = f"{path}: is empty; give a {SUFFIX} file"
+    raise InputFormatError(msg)
+
+
+def _checked_head(path: str | os.PathLike[str], number: int, line: dict[str, Any]) -> dict[str, Any]:
+    """Return the first line, if it is one."""
+    if line.get("type") != "CityJSON":
+        msg = f"{path}, line {number}: is not of type CityJSON; begin the file with its transform"
+        raise InputFormatError(msg)
+    return line
 
 
 def _objects(path: str | os.PathLike[str]) -> Iterator[tuple[int, dict[str, Any]]]:

@@ -48,8 +48,8 @@ log = logging.getLogger("treepipe")
 def command(source: Path, target: Path, config: Config, overwrite: bool, **given: Any) -> None:
     """Turn IN, any model that treepipe reads, into OUT; the suffixes name the formats.
 
-    A tree of an archive is named behind its file: park.lsjson.jsonl.zst#oak. What OUT cannot hold is
-    said.
+    One tree of many is named behind its file: park.lsjson.jsonl.zst#oak, park.city.jsonl#oak. What OUT
+    cannot hold is said.
     """
     from pipeline.exchange import format_of, read_model
     from pipeline.model import TreeModel

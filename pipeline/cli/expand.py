@@ -20,11 +20,12 @@ from pipeline.cli import options
 @options.messages
 def command(file: Path, recursions: int | None) -> None:
     """Print the L-string of FILE, an LsJSON."""
+    from pipeline.jobs.documents import read_document
     from pipeline.jobs.naming import named
-    from pipeline.lsystem import expand, read_lsjson
+    from pipeline.lsystem import expand
     from pipeline.lsystem.document import checked
 
-    sheet = checked(read_lsjson(file))
+    sheet = checked(read_document(file))
     times = sheet.applications if recursions is None else recursions
     with named(file):
         click.echo(expand(sheet.axiom, sheet.rules, times))

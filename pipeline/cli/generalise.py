@@ -39,18 +39,18 @@ def command(
         msg = "nothing to do; give --steps N (1 is a good start) or --repeats M"
         raise UsageError(msg)
     options.check_target(target, options.LSYSTEM_SUFFIXES, overwrite=overwrite)
+    from pipeline.jobs.documents import read_document
     from pipeline.jobs.naming import named
     from pipeline.lsystem import (
         GeneraliseOptions,
         RepeatsOptions,
         deviation,
         generalise,
-        read_lsjson,
         repeats,
         write_lsjson,
     )
 
-    before = after = read_lsjson(file)
+    before = after = read_document(file)
     with named(file):
         if steps is not None:
             after = generalise(after, options=GeneraliseOptions(steps=steps, rules=rules))

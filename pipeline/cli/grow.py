@@ -65,11 +65,12 @@ def command(
     chosen = {name: value for name, value in scale.items() if value is not None}
     _check_usage(context, method, chosen)
     options.check_target(target, options.LSYSTEM_SUFFIXES, overwrite=given.pop("overwrite"))
+    from pipeline.jobs.documents import read_document
     from pipeline.jobs.naming import named
-    from pipeline.lsystem import decode, read_lsjson, write_lsjson
+    from pipeline.lsystem import decode, write_lsjson
 
     events = growth.read_events(given.pop("events"), years)
-    before = read_lsjson(file)
+    before = read_document(file)
     with named(file):
         small = decode(before)
         after = (

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from pipeline.model import Floats, PointCloud, Skeleton, TreeModel
 
 KEYS = (
-    *("kind", "points", "nodes", "branches", "height_m", "dbh_cm", "dbh_source", "volume_l", "length_m"),
-    *("radius_share", "flags", "crs", "extent", "bytes", "bytes_per_node"),
+    *("kind", "points", "trees", "nodes", "branches", "height_m", "dbh_cm", "dbh_source", "volume_l"),
+    *("length_m", "radius_share", "flags", "crs", "version", "extensions", "extent", "bytes"),
+    "bytes_per_node",
 )
 
 
@@ -25,7 +26,10 @@ KEYS = (
 @options.as_json
 @options.messages
 def command(file: Path, as_json: bool) -> None:
-    """Tell what FILE holds: a cloud, a skeleton, a mesh or a tree."""
+    """Tell what FILE holds: a cloud, a skeleton, a mesh, a tree, or the trees of a .city.jsonl.
+
+    One tree of many is named behind its file: park.city.jsonl#oak, park.lsjson.jsonl.zst#oak.
+    """
     found = _facts(file)
     facts = {key: _rounded(found.get(key)) for key in KEYS}
     if as_json:
@@ -47,6 +51,10 @@ def _facts(file: Path) -> dict[str, Any]:
         from pipeline.cloud import read_cloud
 
         return {"kind": kind, **_cloud_facts(file, read_cloud(file)), **_size(file, None)}
+    if kind == "trees":
+        from pipeline.cityjson import describe_seq
+
+        return {"kind": kind, **describe_seq(file), **_size(file, None)}
     from pipeline.exchange import read_model
     from pipeline.jobs.told import tells_sources
 
@@ -60,11 +68,13 @@ def _facts(file: Path) -> dict[str, Any]:
 
 
 def kind_of(file: Path) -> str:
-    """Return "cloud", "mesh" or "model"."""
+    """Return "cloud", "mesh", "trees" (many of them) or "model"."""
     from pipeline.cloud import CLOUD_SUFFIXES
     from pipeline.exchange import FORMATS
 
     suffix = file.suffix.lower()
+    if suffix == ".jsonl":
+        return "trees"
     if suffix == ".ply" and file.is_file():
         from pipeline.formats.ply import open_ply
 

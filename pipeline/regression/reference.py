@@ -113,8 +113,10 @@ def accept(
     found = dict(trees_of(models))
     wanted = [name for name in found if only in (None, name)]
     if not wanted:
-        there = ", ".join(sorted(found)) or "no folder with a report.json"
-        msg = f"{models}: has no tree{f' {only!r}' if only else ''} to accept (there is {there})"
+        lack = f"{models}: has no tree{f' {only!r}' if only else ''} to accept"
+        there = f"there is {', '.join(sorted(found))}; give one of these with --only"
+        none = "no folder in it has a report.json; give the --out of a `treepipe run`"
+        msg = f"{lack}: {there if found else none}"
         raise InputMissingError(msg)
     for name in wanted:
         _keep(

@@ -6,14 +6,18 @@ import errno
 import json
 from pathlib import Path
 
+import laspy
 import numpy as np
 import pytest
+from pyproj import CRS
 
 from pipeline.cloud import write_cloud
 from pipeline.model import PointCloud
 
 LINE = np.linspace([0, 0, 0], [1, 2, 5], 200)
 PLANE = np.column_stack([np.tile(np.arange(15), 15), np.repeat(np.arange(15), 15), np.zeros(225)]) / 10
+
+FEET = "+proj=tmerc +lat_0=40 +lon_0=-74 +x_0=0 +y_0=0 +ellps=GRS80 +towgs84=0,0,0 +units=us-ft +type=crs"
 
 
 def save(path: Path, points) -> Path:
@@ -63,6 +67,24 @@ def test_a_cloud_in_degrees_or_feet_is_refused(call, points, tmp_path, command, 
     more = ["--out", tmp_path / "out", "--no-picture"] if command == "run" else ["-o", tmp_path / "c.laz"]
     line = complaint(call(command, cloud, *more), 1)
     assert f"{cloud}: its reference system {crs} counts in the unit {unit}" in line
+    assert "reproject" in line
+
+
+@pytest.mark.parametrize("command", ["run", "clean"])
+@pytest.mark.parametrize("system", [FEET, "EPSG:28992+6360"], ids=["no number", "heights in feet"])
+def test_feet_are_noticed_in_a_system_without_a_number_and_in_heights(
+    call, points, tmp_path, command, system
+):
+    cloud = tmp_path / "feet.laz"
+    header = laspy.LasHeader(version="1.4", point_format=6)
+    header.scales = np.full(3, 0.001)
+    header.add_crs(CRS.from_user_input(system))
+    las = laspy.LasData(header)
+    las.xyz = points
+    las.write(cloud)
+    more = ["--out", tmp_path / "out", "--no-picture"] if command == "run" else ["-o", tmp_path / "c.laz"]
+    line = complaint(call(command, cloud, *more), 1)
+    assert f"{cloud}: its reference system counts in the unit US survey foot" in line
     assert "reproject" in line
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from pipeline.cityjson import CityjsonOptions, SeqWriter
 from pipeline.exchange import FORMATS, read_model
 
 READABLE = sorted(name for name, known in FORMATS.items() if known.read)
@@ -54,6 +55,55 @@ def test_info_tells_where_radii_come_from(call, sapling_model, tmp_path):
     call("convert", sapling_model, tmp_path / "tree.gpkg")
     known = json.loads(call("info", tmp_path / "tree.gpkg", "--json").stdout)
     assert known["radius_share"]["measured"] > 0.1
+
+
+@pytest.fixture
+def forest(sapling_model, tmp_path):
+    """A CityJSON text sequence of two trees."""
+    tree = read_model(sapling_model)
+    with SeqWriter(tmp_path / "forest.city.jsonl", options=CityjsonOptions(profile="extension")) as writer:
+        for name in ("elm", "oak"):
+            writer.add(tree, name)
+    return tmp_path / "forest.city.jsonl"
+
+
+def test_info_tells_what_a_text_sequence_holds(call, forest, sapling_model):
+    known = json.loads(call("info", forest, "--json").stdout)
+    assert (known["kind"], known["trees"], known["version"]) == ("trees", 2, "2.0")
+    assert known["extensions"] == ["TreeSkeleton"]
+    world = read_model(sapling_model).skeleton.world
+    np.testing.assert_allclose(known["extent"], [*world.min(axis=0), *world.max(axis=0)], atol=0.1)
+    assert known["bytes"] == forest.stat().st_size
+    assert "trees          2" in call("info", forest).stdout
+    one = json.loads(call("info", f"{forest}#oak", "--json").stdout)
+    assert (one["kind"], one["nodes"]) == ("tree", len(world))
+
+
+def test_one_tree_of_a_text_sequence_is_named(call, forest, tmp_path):
+    target = tmp_path / "tree.ls.json"
+    result = call("convert", forest, target)
+    says = f"holds 2 trees (elm, oak); name one, as in {forest}#elm"
+    assert (result.exit_code, says in result.stderr) == (1, True)
+    result = call("convert", f"{forest}#aok", target)
+    assert (result.exit_code, "(near it are 'oak'); give one of its ids" in result.stderr) == (1, True)
+    assert call("convert", f"{forest}#oak", target).exit_code == 0
+    assert len(read_model(target)) == len(read_model(f"{forest}#oak"))
+
+
+def test_a_text_sequence_of_one_tree_is_that_tree_and_of_none_says_so(call, forest, tmp_path):
+    lines = forest.read_text().splitlines(keepends=True)
+    forest.write_text("".join(lines[:2]))
+    assert call("convert", forest, tmp_path / "tree.swc").exit_code == 0
+    forest.write_text(lines[0])
+    result = call("convert", forest, tmp_path / "other.swc")
+    assert (result.exit_code, "holds no tree; give a .city.jsonl file with trees" in result.stderr) == (
+        1,
+        True,
+    )
+    assert json.loads(call("info", forest, "--json").stdout)["trees"] == 0
+    forest.write_text(lines[0] + lines[1].replace('"vertices":[[', '"vertices":[[7],['))
+    result = call("info", forest)
+    assert (result.exit_code, "line 2: vertices or transform are damaged" in result.stderr) == (1, True)
 
 
 @pytest.mark.parametrize("suffix", [".mesh.ply", ".obj", ".glb"])

@@ -119,6 +119,33 @@ def test_rules_without_end_are_refused_with_what_they_would_reach(call, tmp_path
     assert f"{path}: the rules grow the L-string to more than 1,000,000,000,000,000" in result.stderr
 
 
+@pytest.mark.parametrize("command", ["expand", "generalise", "grow"])
+@pytest.mark.parametrize(
+    ("suffix", "says"),
+    [
+        (".swc", "is no L-system; make one of it with `treepipe convert {path} oak.ls.json`"),
+        (".city.json", "is no L-system; make one of it with `treepipe convert {path} oak.ls.json`"),
+        (".obj", "is a drawn surface, and no model that can be read; give "),
+        (".laz", "is a point cloud, and no model that can be read; make one of it with `treepipe run`"),
+    ],
+)
+def test_what_is_no_lsystem_is_told_how_to_become_one(call, oak, tmp_path, command, suffix, says):
+    path = tmp_path / f"oak{suffix}"
+    if suffix == ".laz":
+        path.write_bytes(b"LASF")
+    else:
+        assert call("convert", oak, path).exit_code == 0
+    more = {
+        "expand": [],
+        "generalise": ["-o", tmp_path / "y.ls.json", "--steps", 1],
+        "grow": ["-o", tmp_path / "y.ls.json", "--method", "scale", "--years", 1],
+    }
+    result = call(command, path, *more[command])
+    assert (result.exit_code, f"{path}: {says.format(path=path)}" in result.stderr) == (1, True), (
+        result.stderr
+    )
+
+
 @pytest.mark.parametrize("profile", ["abop", "lpy", "groimp", "houdini"])
 def test_an_lstring_comes_back(call, oak, tmp_path, profile):
     target, again = tmp_path / "oak.lstring", tmp_path / "again.ls.json"
@@ -147,6 +174,7 @@ def test_a_tree_of_an_archive(call, oak, tmp_path):
     assert call("convert", f"{archive}#oak", taken).exit_code == 0
     assert read_lsjson(taken)["id"] == "oak"
     assert read_lsjson(taken)["axiom"] == read_lsjson(oak)["axiom"]
+    assert call("expand", f"{archive}#oak").stdout == call("expand", oak).stdout
     missing = call("convert", f"{archive}#ask", tmp_path / "x.ls.json")
     assert missing.exit_code == 1
     assert "ask" in missing.stderr

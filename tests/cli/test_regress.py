@@ -164,6 +164,14 @@ def test_wrong_usage(guard, arguments):
     assert guard(*arguments).exit_code == 2
 
 
+def test_accept_of_an_empty_folder_names_the_remedy(call, tmp_path):
+    (tmp_path / "empty").mkdir()
+    result = call("regress", "accept", tmp_path / "empty", "--refs", tmp_path / "refs")
+    says = "no folder in it has a report.json; give the --out of a `treepipe run`"
+    assert (result.exit_code, says in result.stderr) == (1, True)
+    assert not (tmp_path / "refs").exists()
+
+
 def test_accept_names_what_there_is(call, made, tmp_path):
     result = call("regress", "accept", made, "--refs", tmp_path / "refs", "--only", "elm")
     assert (result.exit_code, "there is sapling" in result.stderr) == (1, True)
