@@ -29,6 +29,7 @@ from pyproj.exceptions import CRSError
 from pipeline.cloud.damaged import damaged
 from pipeline.cloud.local import whole_metres_below
 from pipeline.cloud.notes import notes_from_json, notes_to_json
+from pipeline.cloud.units import strange_unit
 from pipeline.errors import OutputError
 from pipeline.model import Floats, PointCloud
 
@@ -68,14 +69,15 @@ def read(path: Path) -> PointCloud:
             columns = _columns(reader)
             header = reader.header
             notes = notes_from_json(_record(header), header.point_count)
-            crs = _crs(header)
+            crs, unit = _crs(header)
     except BROKEN as error:
         raise damaged(path, "LAS or LAZ file", error) from error
     found = len(columns["X"])
     if found != header.point_count:
         raise damaged(path, "LAS or LAZ file", f"{found} of {header.point_count} points found")
     if notes is None:
-        return replace(_placed(header, columns, None), crs=crs)
+        strange = {"unit": unit} if unit else {}
+        return replace(_placed(header, columns, None), crs=crs, metadata=strange)
     columns |= {name: columns[name].astype(bool) for name in notes.truths if name in columns}
     columns = {name: columns[name] for name in ("X", "Y", "Z", *notes.attributes) if name in columns}
     return replace(_placed(header, columns, header.offsets), crs=crs, metadata=notes.metadata)
@@ -138,19 +140,16 @@ def _scaled(stored: NDArray[np.int32], scale: float) -> Floats:
     return np.asarray(stored * scale)
 
 
-def _crs(header: laspy.LasHeader) -> str | None:
-    """Return "EPSG:N", of the horizontal part where the whole has no code; None where there is none."""
+def _crs(header: laspy.LasHeader) -> tuple[str | None, str | None]:
+    """Return "EPSG:N", of the horizontal part where the whole has no code, and a unit other than metres."""
     try:
         crs = header.parse_crs()
     except CRSError:
-        return None
+        return None, None
     if crs is None:
-        return None
-    for part in (crs, *crs.sub_crs_list):
-        code = part.to_epsg()
-        if code is not None:
-            return f"EPSG:{code}"
-    return None
+        return None, None
+    codes = (part.to_epsg() for part in (crs, *crs.sub_crs_list))
+    return next((f"EPSG:{code}" for code in codes if code is not None), None), strange_unit(crs)
 
 
 def _record(header: laspy.LasHeader) -> bytes:

@@ -16,7 +16,7 @@ WITHIN = 1e-9
 
 @lru_cache
 def other_unit(crs: str | None) -> str | None:
-    """Return the unit in which a reference system counts eastings and northings, where that is no metre.
+    """Return the unit in which a reference system counts, along whatever axis, where that is no metre.
 
     Parameters
     ----------
@@ -34,23 +34,39 @@ def other_unit(crs: str | None) -> str | None:
     (None, 'degree', 'US survey foot')
     """
     try:
-        axes = CRS.from_user_input(crs).axis_info[:2] if crs else ()
+        return strange_unit(CRS.from_user_input(crs)) if crs else None
     except CRSError:
         return None
+
+
+def strange_unit(system: CRS) -> str | None:
+    """Return the unit of the first axis that does not count in metres, heights included; else None.
+
+    Examples
+    --------
+    >>> strange_unit(CRS("EPSG:28992")), strange_unit(CRS("EPSG:28992+6360"))
+    (None, 'US survey foot')
+    """
     strange = (
-        axis for axis in axes if axis.unit_name == "degree" or abs(axis.unit_conversion_factor - 1) > WITHIN
+        axis
+        for axis in system.axis_info
+        if axis.unit_name == "degree" or abs(axis.unit_conversion_factor - 1) > WITHIN
     )
     return next((axis.unit_name for axis in strange), None)
 
 
 def require_metres(cloud: PointCloud) -> None:
-    """Raise `InputFormatError` if the reference system of a cloud counts in degrees or feet."""
-    unit = other_unit(cloud.crs)
+    """Raise `InputFormatError` if the reference system of a cloud counts in degrees or feet.
+
+    A system that has no name here, for want of a number, has left its unit in the metadata (``unit``).
+    """
+    unit = cloud.metadata.get("unit") or other_unit(cloud.crs)
     if unit is None:
         return
     where = cloud.metadata.get("source", {}).get("path", "the cloud")
+    name = f" {cloud.crs}" if other_unit(cloud.crs) else ""
     msg = (
-        f"{where}: its reference system {cloud.crs} counts in the unit {unit}, and a tree is measured in "
+        f"{where}: its reference system{name} counts in the unit {unit}, and a tree is measured in "
         "metres; reproject the points to a system in metres first"
     )
     raise InputFormatError(msg)
