@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from collections.abc import Iterator
@@ -9,6 +10,21 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pipeline.errors import OutputError, PipelineError
+
+FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
+NO_TEXT = "backslashreplace"
+"""Bytes of a file's name that are no UTF-8 are written as escapes, which JSON reads back as they were."""
+
+
+def legible(text: str) -> str:
+    r"""Return a text in which what is no text, in the name of a file, is an escape.
+
+    Examples
+    --------
+    >>> legible("oak\udce4"), legible("Jülich")
+    ('oak\\udce4', 'Jülich')
+    """
+    return text.encode("utf-8", NO_TEXT).decode("utf-8")
 
 
 @contextmanager
@@ -49,7 +65,10 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         if temporary is not None and _is_elsewhere(error, target):
             raise
         reason = error.strerror or str(error)
-        msg = f"{target}: cannot be written ({reason}); free space, or write it to another folder"
+        remedy = "name a folder that you may write to"
+        if error.errno not in FORBIDDEN:
+            remedy = "free space, or write it to another folder"
+        msg = f"{target}: cannot be written ({reason}); {remedy}"
         raise OutputError(msg) from error
     finally:
         if temporary is not None:
@@ -64,7 +83,7 @@ def _is_elsewhere(error: OSError, target: Path) -> bool:
 def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write `text` as UTF-8 with plain line feeds, whole or not at all."""
     with whole_file(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
+        temporary.write_text(text, encoding="utf-8", errors=NO_TEXT, newline="\n")
 
 
 def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from pipeline.accuracy.placing import NotComparableError
 from pipeline.accuracy.wood import Wood
+from pipeline.cloud.local import usable
 from pipeline.geometry.surface import Nearest, Tubes
 from pipeline.model import PointCloud
 
@@ -83,7 +84,7 @@ def points_of_tree(cloud: PointCloud) -> Floats:
     NotComparableError
         If there is none.
     """
-    kept = np.isfinite(cloud.xyz).all(axis=1)
+    kept = usable(cloud.xyz)
     if "classification" in cloud.attributes:
         kept &= ~np.isin(cloud.attributes["classification"], NOT_TREE)
     if not kept.any():

@@ -24,7 +24,7 @@ from pipeline.cityjson.read import from_cityjson, parsed
 from pipeline.cityjson.schema import schema_findings
 from pipeline.errors import InputFormatError, InputMissingError, UsageError
 from pipeline.model import Floats, TreeModel
-from pipeline.output import whole_file
+from pipeline.output import NO_TEXT, whole_file
 
 SUFFIX = ".city.jsonl"
 
@@ -76,7 +76,9 @@ class SeqWriter:
 
     def __enter__(self) -> Self:
         temporary = self._stack.enter_context(whole_file(self._path))
-        self._file = self._stack.enter_context(temporary.open("w", encoding="utf-8", newline="\n"))
+        self._file = self._stack.enter_context(
+            temporary.open("w", encoding="utf-8", errors=NO_TEXT, newline="\n")
+        )
         return self
 
     def __exit__(

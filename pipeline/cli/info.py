@@ -98,12 +98,14 @@ def _mesh_facts(file: Path) -> dict[str, Any]:
 def _cloud_facts(file: Path, cloud: PointCloud) -> dict[str, Any]:
     import numpy as np
 
-    finite = cloud.world[np.isfinite(cloud.xyz).all(axis=1)]
-    if len(finite) < len(cloud):
-        lost = len(cloud) - len(finite)
-        LOGGER.warning("%s: %d of %d points have no finite coordinates", file, lost, len(cloud))
-    height = float(np.ptp(finite[:, 2])) if len(finite) else None
-    return {"points": len(cloud), "height_m": height, "crs": cloud.crs, **_extent(finite)}
+    from pipeline.cloud.local import usable
+
+    good = cloud.world[usable(cloud.xyz)]
+    if len(good) < len(cloud):
+        lost = len(cloud) - len(good)
+        LOGGER.warning("%s: %d of %d points have no plausible coordinates", file, lost, len(cloud))
+    height = float(np.ptp(good[:, 2])) if len(good) else None
+    return {"points": len(cloud), "height_m": height, "crs": cloud.crs, **_extent(good)}
 
 
 def _model_facts(model: TreeModel | Skeleton) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from pipeline.errors import OutputError
+from pipeline.output import NO_TEXT
 
 LOGGER = logging.getLogger("treepipe")
 
@@ -60,7 +61,7 @@ def start_logging(level: int, file: Path | None) -> None:
         return
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        handler = _File(file, encoding="utf-8")
+        handler = _File(file, encoding="utf-8", errors=NO_TEXT)
     except OSError as error:
         msg = f"{file}: no log can be written there ({error.strerror}); choose another file with --log"
         raise OutputError(msg) from error

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import difflib
+import os
 import signal
 import sys
 import traceback
 from collections.abc import Sequence
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Any, NoReturn
 
 import click
@@ -15,6 +17,7 @@ import click
 from pipeline.cli.logs import say, stop_logging
 from pipeline.errors import PipelineError
 from pipeline.jobs.interrupts import resend_lost_interrupts
+from pipeline.output import NO_TEXT
 
 COMMANDS = {
     "run": "Make a tree model of every cloud.",
@@ -82,6 +85,8 @@ class LazyGroup(click.Group):
         given = list(sys.argv[1:] if args is None else args)
         extra["standalone_mode"] = False
         resend_lost_interrupts(signal.SIGINT)
+        if isinstance(sys.stdout, TextIOWrapper):  # a name that its encoding lacks is told by escapes
+            sys.stdout.reconfigure(errors=NO_TEXT)
         try:
             code = super().main(given, prog_name, **extra)
         except (click.Abort, KeyboardInterrupt):
@@ -92,7 +97,7 @@ class LazyGroup(click.Group):
             sys.exit(error.exit_code)
         except click.ClickException as error:
             path = error.ctx.command_path if isinstance(error, click.UsageError) and error.ctx else "treepipe"
-            say(f"{_sentence(error.format_message())}; see `{path} --help`")
+            say(f"{_sentence(error.format_message())}; {_dashed(given)}see `{path} --help`")
             sys.exit(error.exit_code)
         except PipelineError as error:
             say(_sentence(str(error)))
@@ -100,7 +105,8 @@ class LazyGroup(click.Group):
         except Exception as error:  # the last resort: the user gets a line, not a traceback
             if {"-v", "--verbose"} & set(given):
                 traceback.print_exc()
-            say(f"unexpected {type(error).__name__}: {error}; run it with -v and report what it shows")
+            told = _sentence(f"unexpected {type(error).__name__}: {error}")
+            say(f"{told}; run it with -v and report what it shows")
             sys.exit(1)
         finally:
             stop_logging()
@@ -110,6 +116,12 @@ class LazyGroup(click.Group):
 def _sentence(text: str) -> str:
     """Return the text on one line, without the full stop of click."""
     return " ".join(text.split()).rstrip(".")
+
+
+def _dashed(given: Sequence[str]) -> str:
+    """Return how to name a file that was taken for an option; nothing where there is none."""
+    names = [name for name in given if name.startswith("-") and os.path.lexists(name)]
+    return f"give the file as ./{names[0]}, or " if names else ""
 
 
 def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:

@@ -15,6 +15,7 @@ from pipeline.cloud.foliage import stands_in_foliage
 from pipeline.cloud.ground import Ground, below, foot, lowest
 from pipeline.cloud.groundsearch import find_ground
 from pipeline.cloud.leaves import LeafOptions, find_leaves
+from pipeline.cloud.local import usable
 from pipeline.cloud.order import canonical, repeats
 from pipeline.cloud.outliers import outliers, spacing, strays
 from pipeline.cloud.thinning import cap, thin
@@ -104,7 +105,7 @@ def clean(
     """
     options = options or CleanOptions()
     tally = _Tally(len(cloud), cloud.metadata)
-    tree = tally.drop("invalid", cloud, np.asarray(~np.isfinite(cloud.xyz).all(axis=1)))
+    tree = tally.drop("invalid", cloud, ~usable(cloud.xyz))
     tree, classified = _by_class(tree, tally)
     tree = canonical(tally.drop("outlier", tree, strays(tree.xyz)))
     tree = tally.drop("duplicate", tree, repeats(tree.xyz))
@@ -196,9 +197,9 @@ def _surface(
 def _of_file(ground: PointCloud, tree: PointCloud) -> Floats:
     """Return the ground points of a ground cloud (class 2 where it has any) from the tree's origin."""
     xyz = ground.xyz + (ground.origin - tree.origin)
-    usable = np.isfinite(xyz).all(axis=1)
-    soil = usable & (ground.attributes.get("classification", np.zeros(len(xyz))) == GROUND_CLASS)
-    kept = xyz[soil if soil.any() else usable]
+    good = usable(xyz)
+    soil = good & (ground.attributes.get("classification", np.zeros(len(xyz))) == GROUND_CLASS)
+    kept = xyz[soil if soil.any() else good]
     if not len(kept):
         msg = f"{_name(ground)}: holds no usable ground points; give another ground file or none"
         raise InputFormatError(msg)

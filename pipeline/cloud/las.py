@@ -168,6 +168,8 @@ def write(cloud: PointCloud, path: Path, *, compressed: bool) -> None:
     ------
     OutputError
         If a point is not finite, an attribute does not fit, or the CRS is unknown.
+    OSError
+        If the disk does not take the file.
     """
     header = laspy.LasHeader(version="1.4", point_format=6)
     header.creation_date = CREATION_DATE
@@ -183,8 +185,12 @@ def write(cloud: PointCloud, path: Path, *, compressed: bool) -> None:
     las.X, las.Y, las.Z = stored.T
     for name, values in sorted(cloud.attributes.items()):
         las[name] = values if name in extra else _fitting(name, values, path)
-    with path.open("wb") as stream:
-        las.write(stream, do_compress=compressed)
+    try:
+        with path.open("wb") as stream:
+            las.write(stream, do_compress=compressed)
+    except LazrsError as error:  # what the system said to the compressor does not reach us
+        msg = "the compressor could not write; the disk may be full"
+        raise OSError(msg) from error
 
 
 def _scale(cloud: PointCloud, path: Path) -> float:

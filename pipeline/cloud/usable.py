@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pipeline.cloud.local import usable
 from pipeline.cloud.units import require_metres
 from pipeline.errors import NotATreeError
 from pipeline.model import PointCloud
@@ -18,10 +19,10 @@ FLAT = 1e-3  # thinnest direction of the cloud over its longest: a real tree is 
 def require_tree(cloud: PointCloud) -> None:
     """Raise `NotATreeError` if the points, not cleaned here, are too few, not finite, or without volume."""
     require_metres(cloud)
-    lost = int((~np.isfinite(cloud.xyz).all(axis=1)).sum())
+    lost = int((~usable(cloud.xyz)).sum())
     if lost:
         msg = (
-            f"{_where(cloud)}: {_points(lost)} of {len(cloud)} without finite coordinates; "
+            f"{_where(cloud)}: {_points(lost)} of {len(cloud)} without plausible coordinates; "
             "drop them with `treepipe clean` first"
         )
         raise NotATreeError(msg)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.cloud import CLOUD_SUFFIXES, read_cloud
+from pipeline.cloud.local import usable
 from pipeline.errors import InputFormatError
 from pipeline.exchange import FORMATS, read_model
 from pipeline.formats.ply import open_ply
@@ -68,7 +69,7 @@ def read_either(path: Path) -> PointCloud | TreeModel | Skeleton:
 def wood_points(held: PointCloud | TreeModel | Skeleton) -> Floats:
     """(P, 3) points of a cloud, or close ones along the segments of a model, in their reference system."""
     if isinstance(held, PointCloud):
-        return held.world[np.isfinite(held.xyz).all(axis=1)]
+        return held.world[usable(held.xyz)]
     graph = held.skeleton if isinstance(held, TreeModel) else held
     number = np.maximum(np.ceil(graph.length / CLOSE_M).astype(np.int64), 1)
     node = np.repeat(np.arange(len(graph)), number)

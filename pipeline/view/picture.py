@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.mesh import Mesh, TubeOptions, tubes
 from pipeline.model import Floats, PointCloud, TreeModel
-from pipeline.output import whole_file
+from pipeline.output import legible, whole_file
 from pipeline.view.graphics import NoGraphicsError, prepare
 from pipeline.view.options import PictureOptions
 
@@ -185,7 +185,7 @@ def _half_height(size: Floats, options: PictureOptions) -> float:
 
 def _write_title(plotter: Any, title: str, options: PictureOptions) -> None:
     plotter.subplot(0, 0)
-    name, _, rest = title.partition("\n")
+    name, _, rest = legible(title).partition("\n")
     plotter.add_text(name, position=(0.014, 0.5), viewport=True, font_size=_size(24, options), color=INK)
     plotter.add_text(rest, position=(0.014, 0.1), viewport=True, font_size=_size(15, options), color=INK)
 

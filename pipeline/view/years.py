@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from pipeline.mesh import Mesh, TubeOptions, tubes
 from pipeline.model import Floats, TreeModel
-from pipeline.output import whole_file
+from pipeline.output import legible, whole_file
 from pipeline.view.graphics import prepare
 
 WIDTH_PX, HEIGHT_PX = 1200, 800
@@ -73,7 +73,7 @@ def draw_year(
                     plotter.add_mesh(surface, color=colour, ambient=0.3, diffuse=0.75)
             _look(plotter, vista, box, view)
         plotter.subplot(0, 0)
-        plotter.add_text(title, position=(0.02, 0.955), viewport=True, font_size=13, color=INK)
+        plotter.add_text(legible(title), position=(0.02, 0.955), viewport=True, font_size=13, color=INK)
         with whole_file(path) as temporary:
             plotter.screenshot(str(temporary), return_img=False)
     finally:

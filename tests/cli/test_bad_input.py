@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import json
+import os
+import sys
 from pathlib import Path
 
 import laspy
@@ -46,6 +48,7 @@ def complaint(result, code: int) -> str:
         ("coplanar", PLANE, "in one plane"),
         ("nan", np.full((50, 3), np.nan), "0 points usable of 50"),
         ("inf", np.full((50, 3), np.inf), "0 points usable of 50"),
+        ("far", 1e15 + 1e3 * LINE, "0 points usable of 200 (200 invalid)"),
     ],
 )
 def test_points_that_are_no_tree(run, tmp_path, name, points, words):
@@ -212,6 +215,47 @@ def test_a_file_where_the_folder_of_a_tree_should_be(run, tmp_path, sapling):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "sapling").write_text("")
     assert str(tmp_path / "out" / "sapling") in complaint(run(sapling, "--overwrite"), 1)
+
+
+@pytest.mark.parametrize("command", ["skeleton", "fit"])
+def test_coordinates_beyond_all_measure_are_refused(call, tmp_path, made, command):
+    cloud = save(tmp_path / "far.xyz", 1e300 * (1 + LINE))
+    given = (cloud,) if command == "skeleton" else (next(made.rglob("*.skeleton.ply")), "--cloud", cloud)
+    target = tmp_path / ("a.skeleton.ply" if command == "skeleton" else "a.npz")
+    line = complaint(call(command, *given, "-o", target), 1)
+    assert "200 points of 200 without plausible coordinates" in line
+
+
+def test_a_file_that_looks_like_an_option(call, sapling, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("-a.xyz").write_bytes(sapling.read_bytes())
+    assert "No such option" in complaint(call("info", "-a.xyz"), 2)
+    assert "give the file as ./-a.xyz, or see" in complaint(call("info", "-a.xyz"), 2)
+    assert call("info", "./-a.xyz").exit_code == 0
+    assert "give the file" not in complaint(call("info", "-b.xyz"), 2)
+
+
+def test_what_nobody_expected_is_one_line_too(call, sapling, monkeypatch):
+    def broken(_path):
+        msg = "first line\n\nsecond line"
+        raise RuntimeError(msg)
+
+    monkeypatch.setattr("pipeline.cloud.read_cloud", broken)
+    assert "unexpected RuntimeError: first line second line; run it with -v" in complaint(
+        call("info", sapling), 1
+    )
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere every name is text")
+def test_a_name_whose_bytes_are_no_text(run, call, sapling, tmp_path):
+    cloud = tmp_path / os.fsdecode(b"oak\xe4.xyz")
+    cloud.write_bytes(sapling.read_bytes())
+    assert run(cloud).exit_code == 0
+    folder = tmp_path / "out" / cloud.stem
+    target = folder / f"{cloud.stem}.ls.json.zst"
+    assert call("convert", folder / f"{cloud.stem}.ls.json", target).exit_code == 0
+    assert call("info", target).exit_code == 0
+    assert json.loads((folder / "report.json").read_text(encoding="utf-8"))["source"]["path"] == str(cloud)
 
 
 def test_a_full_disk_leaves_no_half_written_file(run, tmp_path, sapling, monkeypatch):

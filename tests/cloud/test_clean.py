@@ -92,11 +92,11 @@ def test_a_clean_tree_loses_almost_nothing() -> None:
 
 def test_repeated_and_invalid_points_are_counted() -> None:
     xyz = a_tree()
-    bad = np.array([[np.nan, 0, 0], [0, np.inf, 0]])
+    bad = np.array([[np.nan, 0, 0], [0, np.inf, 0], [1e38, 1e38, 1e38]])
     tree = cleaned(np.concatenate([xyz, xyz[:30], bad]))
     assert tree.metadata["dropped"]["duplicate"] == 30
-    assert tree.metadata["dropped"]["invalid"] == 2
-    assert tree.metadata["points_in"] == total(tree) == len(xyz) + 32
+    assert tree.metadata["dropped"]["invalid"] == 3
+    assert tree.metadata["points_in"] == total(tree) == len(xyz) + 33
 
 
 @pytest.mark.parametrize("depth", [0.3, 2.0])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from lazrs import LazrsError
 
 from pipeline.cloud import read_cloud, write_cloud
 from pipeline.cloud.notes import frozen, plain
@@ -139,3 +140,14 @@ def test_every_value_becomes_json() -> None:
 @given(st.recursive(st.integers() | st.text() | st.none(), lambda item: st.lists(item).map(tuple)))
 def test_tuples_survive(value: object) -> None:
     assert frozen(plain(value)) == value
+
+
+def test_a_disk_that_takes_no_more_is_a_sentence_and_leaves_no_file(tmp_path: Path, monkeypatch) -> None:
+    def full(*_arguments: object, **_options: object) -> None:
+        msg = "IoError: failed to write whole buffer"  # all that the compressor tells
+        raise LazrsError(msg)
+
+    monkeypatch.setattr(laspy.LasData, "write", full)
+    with pytest.raises(OutputError, match=r"a\.laz: cannot be written .*disk may be full.*; free space"):
+        write_cloud(cloud(), tmp_path / "a.laz")
+    assert list(tmp_path.iterdir()) == []

@@ -55,6 +55,12 @@ def test_stem_and_branch_have_their_colours(tree, cloud, tmp_path):
     assert not (points[..., 0] > points[..., 2] + 90).any()  # and no wood
 
 
+def test_a_title_that_is_no_text_is_drawn(tree, cloud, tmp_path):
+    needs_graphics()
+    picture(tree, cloud, tmp_path / "oak.png", title="oak\udce4\nheight 2.0 m", options=SMALL)
+    assert (tmp_path / "oak.png").stat().st_size > 1000
+
+
 def test_many_points_are_thinned(tree, tmp_path):
     needs_graphics()
     cloud = PointCloud(np.random.default_rng(2).uniform(0, 1, (5000, 3)), FAR)

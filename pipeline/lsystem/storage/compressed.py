@@ -9,7 +9,7 @@ from pathlib import Path
 import zstandard
 
 from pipeline.errors import InputFormatError, InputMissingError, OutputError
-from pipeline.output import write_bytes
+from pipeline.output import NO_TEXT, write_bytes
 
 LEVEL = 19
 LARGEST_BYTES = 64 * 2**20
@@ -32,7 +32,7 @@ def write_compressed(path: str | os.PathLike[str], text: str, *, level: int = LE
     OutputError
         If the file cannot be written, or the text is longer than a reader would take.
     """
-    write_bytes(path, compress(text.encode("utf-8"), Path(path), level=level))
+    write_bytes(path, compress(text.encode("utf-8", NO_TEXT), Path(path), level=level))
 
 
 def read_compressed(path: str | os.PathLike[str]) -> str:
