@@ -184,6 +184,9 @@ def open_ply(path: str | os.PathLike[str]) -> Ply:
     except OSError as error:
         msg = f"{path}: cannot be read ({error.strerror}); check that you may read it"
         raise InputFormatError(msg) from error
+    if not content:
+        msg = f"{path}: is empty (0 bytes); copy or export it again"
+        raise InputFormatError(msg)
     end = re.search(rb"^end_header[ \t]*\r?\n?", content, re.MULTILINE)
     if not content.startswith(b"ply") or end is None:
         msg = f"{path}: is not a PLY file (it lacks 'ply' or 'end_header'); give a .ply file"

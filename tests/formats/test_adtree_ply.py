@@ -78,7 +78,7 @@ def test_without_radii_it_is_a_skeleton(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "is not a PLY file"),
+        ("", r"is empty \(0 bytes\)"),
         (TEXT[: TEXT.index("element edge")] + "end_header\n" + "0 0 0 1\n" * 5, "has no edges"),
         (TEXT.replace("property float z\n", ""), "has no nodes with x, y and z"),
         (TEXT.replace("2 3 4", "2 3 9"), "edge 2 names a node that is not there"),
