@@ -128,7 +128,10 @@ def checked(document: object) -> Document:
         remedy = "mend it as docs/lsystem.md says"
         if key == "format.version":
             remedy = f"this treepipe reads version {VERSION}, a newer one may read it"
-        msg = f"not an LsJSON: {key}: {first['msg'][0].lower()}{first['msg'][1:]}; {remedy}"
+        said = f"{first['msg'][0].lower()}{first['msg'][1:]}"
+        if first["type"] in ("model_type", "dict_type"):
+            said = "should be a JSON object {...} of keys"
+        msg = f"not an LsJSON: {key}: {said}; {remedy}"
         raise InputFormatError(msg) from None
 
 
