@@ -98,7 +98,7 @@ class ScanTab:
             If it lies outside the folders.
         """
         self.session.open(path)
-        self.state.scan_against = NOTHING
+        self._show_options()
         self._ask()
 
     # What the buttons do.
@@ -179,6 +179,7 @@ class ScanTab:
             self._ask()
 
         self._try(act)
+        self._show_options()
 
     def _know(self, name: Any, given: Any) -> None:
         """Take a file of the ground, a reference system or a species."""
@@ -292,8 +293,6 @@ class ScanTab:
     def give_up(self, said: str, trouble: str = "") -> None:
         """Go back to what is shown, and say why; options stay as they are, they can be undone."""
         self.session.fail()
-        if self.session.against is None:
-            self.state.scan_against = NOTHING
         self._show_options()
         self._rest(said)
         if trouble:

@@ -71,8 +71,10 @@ def options_of(session: ScanSession) -> dict[str, Any]:
 
 def files_of(session: ScanSession, numbers: Mapping[Path, int]) -> dict[str, Any]:
     """Return what the form shows of files and of what is known beside the points, given their numbers."""
-    beside = session.beside
+    beside, against = session.beside, session.against
+    other = numbers.get(against) if isinstance(against, Path) else against
     return {
+        "scan_against": NOTHING if other is None else other,
         "scan_chosen": None if session.path is None else numbers.get(session.path),
         "scan_ground": NOTHING if beside.ground is None else numbers.get(beside.ground, NOTHING),
         "scan_crs": beside.crs or "",

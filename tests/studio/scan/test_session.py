@@ -14,6 +14,7 @@ from pipeline.studio.folders import Folders
 from pipeline.studio.scan.beside import NOTHING_BESIDE, command_of, species, system
 from pipeline.studio.scan.making import Maker
 from pipeline.studio.scan.session import ScanSession, packed
+from pipeline.studio.scan.telling import files_of
 
 
 @pytest.fixture
@@ -53,6 +54,20 @@ def test_options_change_by_gestures_and_come_back(session):
     assert session.config == Config()
     session.undo()
     assert session.config.cylinders.rounds == 1
+
+
+def test_lists_made_anew_keep_what_is_compared(session, folder):
+    def shown(*paths):
+        return files_of(session, {path: number for number, path in enumerate(paths)})["scan_against"]
+
+    cloud, truth = folder / "twig.laz", folder / "twig.truth.npz"
+    assert shown(cloud, truth) == "nothing"
+    session.compare(truth)
+    assert shown(cloud, truth) == 1
+    assert shown(folder / "new.laz", cloud, truth) == 2
+    assert shown(cloud) == "nothing"
+    session.compare("start")
+    assert shown(cloud, truth) == "start"
 
 
 def test_a_refused_value_changes_nothing(session):
