@@ -22,7 +22,7 @@ from pipeline.lsystem.document import checked
 from pipeline.lsystem.storage.compressed import LARGEST_BYTES, compress, decompress
 from pipeline.lsystem.storage.index import Frame, Index, bytes_at, index_frame, read_index
 from pipeline.lsystem.storage.packing import pack, unpack
-from pipeline.output import NO_TEXT, whole_file
+from pipeline.output import whole_file
 
 SUFFIX = ".lsjson.jsonl.zst"
 FRAME_TREES = 100
@@ -270,4 +270,4 @@ def _line(document: Mapping[str, Any]) -> bytes:
     keys = sorted(packed, key=lambda key: (key in ("axiom", "packed"), key != "id", key))
     ordered = {key: packed[key] for key in keys}
     text = json.dumps(ordered, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return text.encode("utf-8", NO_TEXT) + b"\n"
+    return text.encode("utf-8") + b"\n"
